@@ -1,11 +1,61 @@
-//! The extension module.
+//! The Python package's extension module, `relief._relief`: worlds, entities, sensors and their captures.
+//!
+//! ```text
+//! world     a world under a lock, and what is done with it away from the interpreter
+//! sim       Sim: a world of a scene, and its run; many: several at once
+//! entity    what is in a world: vehicle, light, portal, sensor; roads: routes and signals
+//! capture   what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
+//! values    arguments: numbers, places
+//! errors    exceptions; device: the graphics device of the process
+//! ```
+//!
+//! A world has a number for each entity; an object of Python is the world and that number. What takes time lets go of
+//! the interpreter first and takes the world's lock then. Arrays are the vectors that Rust has made: nothing is copied.
+
+mod camera;
+mod capture;
+mod device;
+mod entity;
+mod errors;
+mod light;
+mod many;
+mod points;
+mod portal;
+mod readings;
+mod roads;
+mod sensor;
+mod sim;
+mod values;
+mod vehicle;
+mod world;
+
 use pyo3::prelude::*;
 
+/// Worlds, entities, sensors and their captures, in Rust.
 #[pymodule]
 mod _relief {
-    use super::*;
-    #[pymodule_init]
-    fn init(_m: &Bound<'_, PyModule>) -> PyResult<()> {
-        Ok(())
-    }
+    #[pymodule_export]
+    use crate::camera::{CameraBatch, CameraCapture};
+    #[pymodule_export]
+    use crate::capture::Capture;
+    #[pymodule_export]
+    use crate::entity::Entity;
+    #[pymodule_export]
+    use crate::light::{Light, LightEntity};
+    #[pymodule_export]
+    use crate::many::{adapter, capture, replay, set_threads, step};
+    #[pymodule_export]
+    use crate::points::LidarCapture;
+    #[pymodule_export]
+    use crate::portal::Portal;
+    #[pymodule_export]
+    use crate::readings::{Collisions, Contact, GnssReading, ImuReading, LaneReading};
+    #[pymodule_export]
+    use crate::roads::Route;
+    #[pymodule_export]
+    use crate::sensor::Sensor;
+    #[pymodule_export]
+    use crate::sim::{Recording, Sim};
+    #[pymodule_export]
+    use crate::vehicle::Vehicle;
 }

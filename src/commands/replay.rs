@@ -7,7 +7,7 @@ use super::render::render;
 use super::view::{PictureArgs, ViewArgs, parse_frames};
 use super::window::{WindowJob, show};
 use clap::Args;
-use relief::frames::{self, FrameJob, Frames};
+use relief::frames::{self, FrameJob, Frames, LoadOptions};
 use relief::recording::{self, Recording, RunFiles};
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
@@ -61,24 +61,28 @@ pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
         Some(scene) => scene.clone(),
         None => recording::scene_of(&args.recording)?,
     };
+    // A run may have another than its scene.
+    let seed = Some(recording::seed_of(&args.recording)?);
     let (hash, recording) = (args.hash.clone(), args.recording.clone());
     let files = RunFiles { hash, replay: Some(recording), ..RunFiles::default() };
     if let Some(folder) = &args.output {
         args.view.set_threads();
         let frames = args.frames.clone().unwrap_or(Frames::All);
-        return render(&FrameJob { frames, run: files, ..args.pictures.job(&scene, folder, &args.view) });
+        let mut job = FrameJob { frames, run: files, ..args.pictures.job(&scene, folder, &args.view) };
+        job.load.seed = seed;
+        return render(&job);
     }
     if args.check {
-        return check_steps(&scene, &files, args);
+        return check_steps(&scene, &files, seed, args);
     }
     let (pictures, paused, panel) = (args.pictures.clone(), args.paused, !args.no_panel);
-    show(&WindowJob { scene, files, from: args.from, speed: None, paused, panel, pictures }, &args.view)
+    show(&WindowJob { scene, files, seed, from: args.from, speed: None, paused, panel, pictures }, &args.view)
 }
 
 /// Takes the steps of a recording, which compares them, and draws nothing.
-fn check_steps(scene: &Path, files: &RunFiles, args: &ReplayArgs) -> Result<(), Failure> {
+fn check_steps(scene: &Path, files: &RunFiles, seed: Option<u64>, args: &ReplayArgs) -> Result<(), Failure> {
     args.view.set_threads();
-    let mut stage = frames::load_stage(scene, None, &args.view.load())?;
+    let mut stage = frames::load_stage(scene, None, &LoadOptions { seed, ..args.view.load() })?;
     let mut stepper = frames::begin_run(&mut stage, scene, files, args.from)?;
     if let Some((_, last)) = stepper.recording().map(Recording::steps).filter(|&(_, last)| args.from >= last) {
         let from = args.from;

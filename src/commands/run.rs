@@ -30,6 +30,7 @@ pub struct RunArgs {
 
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
     let window = WindowJob {
+        seed: None,
         scene: args.scene.clone().unwrap_or_else(demo::scene_path),
         files: args.files.run_files(),
         from: 0,

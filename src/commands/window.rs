@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::render::render;
 use super::view::{PictureArgs, ViewArgs};
 use relief::app::{self, AppError};
-use relief::frames::{self, FrameError, FrameJob, Frames};
+use relief::frames::{self, FrameError, FrameJob, Frames, LoadOptions};
 use relief::recording::RunFiles;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
@@ -14,6 +14,8 @@ use systems::lights::LightPolicies;
 pub struct WindowJob {
     pub scene: PathBuf,
     pub files: RunFiles,
+    /// In the place of the scene's own.
+    pub seed: Option<u64>,
     /// The step that a replay begins after.
     pub from: u64,
     pub speed: Option<f64>,
@@ -26,7 +28,8 @@ pub struct WindowJob {
 /// Shows it; without a display, renders a picture.
 pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     view.set_threads();
-    let mut stage = frames::load_stage(&job.scene, view.camera.as_deref(), &view.load())?;
+    let load = LoadOptions { seed: job.seed, ..view.load() };
+    let mut stage = frames::load_stage(&job.scene, view.camera.as_deref(), &load)?;
     let mut stepper = frames::begin_run(&mut stage, &job.scene, &job.files, job.from)?;
     while stepper.is_replay() && stage.simulation.world.resource::<Clock>().step < job.from {
         if stepper.is_at_end(&stage.simulation) {
@@ -41,7 +44,7 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     let options = app::Options {
         simulation: stage.simulation,
         scene: job.scene.clone(),
-        load: view.load(),
+        load,
         stepper,
         title: stage.scene.name,
         cameras: stage.scene.cameras,

@@ -62,6 +62,8 @@ pub struct LoadOptions {
     /// Whether images keep their texels when a renderer has them ([`Library::keep_texels`]): what more than one
     /// renderer draws needs them.
     pub keep_texels: bool,
+    /// In the place of the scene's own seed.
+    pub seed: Option<u64>,
     /// Called as loading begins; what it returns is dropped when the files are read. For a bar that shows
     /// [`import::progress::counts`], say.
     pub watch: Option<fn() -> Box<dyn Any>>,
@@ -76,6 +78,7 @@ impl Default for LoadOptions {
             cache: true,
             texture_bytes,
             keep_texels: true,
+            seed: None,
             watch: None,
         }
     }
@@ -141,7 +144,7 @@ fn work_out(library: &mut Library, options: &LoadOptions) {
 pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> Result<Stage, FrameError> {
     let mut simulation = (options.simulation)();
     let watch = options.watch.map(|begin| begin());
-    let scene = scene::load(path, &mut simulation)?;
+    let scene = scene::load_seeded(path, options.seed, &mut simulation)?;
     drop(watch);
     work_out(&mut simulation.world.resource_mut::<Library>(), options);
     limit_textures(&mut simulation, options.texture_bytes);

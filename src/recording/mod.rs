@@ -6,7 +6,7 @@
 //! player     reads one: what comes at which step, and the nearest snapshot to begin from
 //! records    the file's form: blocks with checksums, one after another
 //! identity   which program and which scene, with every file it names, a file belongs to
-//! snapshots  files of one snapshot
+//! snapshots  one snapshot: its file, and the bytes of that
 //! ```
 //!
 //! A run follows from its scene and its inputs. So a recording holds no frames and no movements but what is asked for
@@ -20,9 +20,9 @@ mod snapshots;
 mod stepper;
 
 pub use identity::Identity;
-pub use player::{Recording, scene_of};
+pub use player::{Recording, scene_of, seed_of};
 pub use recorder::Recorder;
-pub use snapshots::{load_snapshot, save_snapshot};
+pub use snapshots::{Snapshot, load_snapshot, save_snapshot};
 pub use stepper::{RunFiles, Stepper};
 
 use crate::output::OutputError;

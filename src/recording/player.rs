@@ -49,6 +49,15 @@ pub fn scene_of(path: &Path) -> Result<PathBuf, RecordingError> {
     Ok(PathBuf::from(read_header(path, &mut blocks)?.identity.scene))
 }
 
+/// The seed of the run that was recorded, which may be another than its scene's.
+///
+/// # Errors
+/// As [`scene_of`].
+pub fn seed_of(path: &Path) -> Result<u64, RecordingError> {
+    let mut blocks = Blocks::open(path, RECORDING)?;
+    Ok(read_header(path, &mut blocks)?.identity.seed)
+}
+
 fn read_header(path: &Path, blocks: &mut Blocks) -> Result<Header, RecordingError> {
     match blocks.next::<Header>()? {
         Next::Block(_, header) => header.identity.check_program(path).map(|()| header),

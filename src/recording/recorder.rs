@@ -59,11 +59,17 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording of a run that has got as far as its clock says.
+    /// Begins a recording of a run that has got as far as its clock says. One that `is_under_way` may be another than
+    /// its scene's even before its first step.
     ///
     /// # Errors
     /// [`RecordingError::Output`].
-    pub fn create(path: &Path, identity: Identity, simulation: &mut Simulation) -> Result<Self, RecordingError> {
+    pub fn create(
+        path: &Path,
+        identity: Identity,
+        is_under_way: bool,
+        simulation: &mut Simulation,
+    ) -> Result<Self, RecordingError> {
         let file = output::create_anew(path).map_err(|error| RecordingError::unwritable(path, error))?;
         let steps_per_second = 1.0 / identity.step_seconds;
         let start = simulation.world.resource::<Clock>().step;
@@ -72,7 +78,7 @@ impl Recorder {
         recorder.put(&records::prelude(RECORDING))?;
         let kinds = simulation.world.resource::<StateList>().names().map(str::to_owned).collect();
         recorder.write(&Header { identity, start, kinds })?;
-        if start > 0 {
+        if start > 0 || is_under_way {
             recorder.snapshot(start, simulation)?;
         } else {
             recorder.next_snapshot = recorder.after(0, SNAPSHOT_SECONDS);

@@ -51,11 +51,11 @@ fn head_sum(len: u32, offset: u64) -> u32 {
     xxh3_64_with_seed(&len.to_le_bytes(), offset) as u32
 }
 
-/// A file of blocks, to be read.
+/// A file of blocks, or the bytes of one, to be read.
 #[derive(Debug)]
-pub struct Blocks {
+pub struct Blocks<R = File> {
     path: PathBuf,
-    file: File,
+    file: R,
     len: u64,
     offset: u64,
 }
@@ -82,7 +82,17 @@ impl Blocks {
         if !metadata.is_file() {
             return Err(refused(format!("expected a {}, found a directory or device", form.name)));
         }
-        let mut file = File::open(path).map_err(io)?;
+        Self::of(path, File::open(path).map_err(io)?, metadata.len(), form)
+    }
+}
+
+impl<R: Read + Seek> Blocks<R> {
+    /// Sees whether what is read is of that form and version. `path`: what messages call it.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`].
+    pub fn of(path: &Path, mut file: R, len: u64, form: Form) -> Result<Self, RecordingError> {
+        let refused = |message: String| RecordingError::refused(path, message);
         let mut first = [0; 12];
         let is_long = file.read_exact(&mut first).is_ok();
         if !is_long || first[..8] != form.magic {
@@ -93,7 +103,7 @@ impl Blocks {
             let Form { name, version: expected, .. } = form;
             return Err(refused(format!("unsupported {name} version: expected {expected}, found {version}")));
         }
-        Ok(Self { path: path.to_owned(), file, len: metadata.len(), offset: 12 })
+        Ok(Self { path: path.to_owned(), file, len, offset: 12 })
     }
 
     /// Whose the blocks are.

@@ -1,24 +1,67 @@
-//! Files of one snapshot: a block that says what it belongs to, and a block with the state.
+//! Snapshots: a block that says what it belongs to, and a block with the state. Files of them, and their bytes.
 
 use super::RecordingError;
 use super::identity::Identity;
 use super::records::{self, Blocks, Next, SNAPSHOT};
 use crate::output;
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 use systems::Simulation;
 use systems::run::snapshot;
+
+/// The state of a run at some step, and what it belongs to.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// What it belongs to.
+    pub identity: Identity,
+    state: Vec<u8>,
+}
+
+impl Snapshot {
+    /// The state as it is now.
+    pub fn of(identity: Identity, simulation: &mut Simulation) -> Self {
+        Self { identity, state: snapshot::save(&mut simulation.world) }
+    }
+
+    /// As a file holds it; `None`: longer than a file may be.
+    pub fn to_bytes(&self) -> Option<Vec<u8>> {
+        let mut bytes = records::prelude(SNAPSHOT);
+        bytes.extend(records::block(&self.identity, bytes.len() as u64)?);
+        bytes.extend(records::block(&self.state, bytes.len() as u64)?);
+        Some(bytes)
+    }
+
+    /// Of the bytes of a file; messages call it `path`.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`]: no snapshot, or a damaged one.
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, RecordingError> {
+        Self::read(path, Blocks::of(path, Cursor::new(bytes), bytes.len() as u64, SNAPSHOT)?)
+    }
+
+    fn read<R: Read + Seek>(path: &Path, mut blocks: Blocks<R>) -> Result<Self, RecordingError> {
+        Ok(Self { identity: whole(path, blocks.next()?)?, state: whole(path, blocks.next()?)? })
+    }
+
+    /// Gives a world of the scene that state. Messages call the snapshot `path`.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`]: one of another version or scene, or a world in which an entity of the scene is gone
+    /// that the snapshot has. The world is of no use then.
+    pub fn restore(&self, path: &Path, now: &Identity, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        self.identity.check(path, now)?;
+        snapshot::restore(&mut simulation.world, &self.state).map_err(|error| RecordingError::refused(path, error))
+    }
+}
 
 /// Writes the state as it is now, whole or not at all.
 ///
 /// # Errors
 /// [`RecordingError::Output`].
 pub fn save_snapshot(path: &Path, identity: &Identity, simulation: &mut Simulation) -> Result<(), RecordingError> {
-    let mut bytes = records::prelude(SNAPSHOT);
+    let bytes = Snapshot::of(identity.clone(), simulation).to_bytes();
     let too_long = || RecordingError::unwritable(path, std::io::Error::other("the state exceeds 4 GB"));
-    bytes.extend(records::block(identity, bytes.len() as u64).ok_or_else(too_long)?);
-    let state = snapshot::save(&mut simulation.world);
-    bytes.extend(records::block(&state, bytes.len() as u64).ok_or_else(too_long)?);
-    Ok(output::write_whole(path, &bytes)?)
+    Ok(output::write_whole(path, &bytes.ok_or_else(too_long)?)?)
 }
 
 /// Gives a world that has just loaded the scene the state of a snapshot.
@@ -26,11 +69,7 @@ pub fn save_snapshot(path: &Path, identity: &Identity, simulation: &mut Simulati
 /// # Errors
 /// [`RecordingError::Refused`]: no snapshot, or one of another version or scene. The world is of no use then.
 pub fn load_snapshot(path: &Path, now: &Identity, simulation: &mut Simulation) -> Result<(), RecordingError> {
-    let mut blocks = Blocks::open(path, SNAPSHOT)?;
-    let identity: Identity = whole(path, blocks.next()?)?;
-    identity.check(path, now)?;
-    let state: Vec<u8> = whole(path, blocks.next()?)?;
-    snapshot::restore(&mut simulation.world, &state).map_err(|error| RecordingError::refused(path, error))
+    Snapshot::read(path, Blocks::open(path, SNAPSHOT)?)?.restore(path, now, simulation)
 }
 
 fn whole<T>(path: &Path, next: Next<T>) -> Result<T, RecordingError> {

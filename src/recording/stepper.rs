@@ -82,10 +82,31 @@ impl Stepper {
             load_snapshot(path, identity, simulation)?;
         }
         if let (Some(path), Some(identity)) = (&files.record, identity) {
-            stepper.recorder = Some(Recorder::create(path, identity, simulation)?);
+            stepper.recorder = Some(Recorder::create(path, identity, false, simulation)?);
         }
         stepper.write_hashes(files.hash.as_deref(), simulation)?;
         Ok(stepper)
+    }
+
+    /// Begins to record a run that is under way, from its state as it is. [`Self::finish`] ends the recording in order.
+    ///
+    /// # Errors
+    /// [`RecordingError`]: a file that cannot be written or that the run reads; a replay, which is a recording already.
+    pub fn record(
+        &mut self,
+        path: &Path,
+        (scene, named): (&Path, &[PathBuf]),
+        simulation: &mut Simulation,
+    ) -> Result<(), RecordingError> {
+        if self.recorder.is_some() || self.is_replay() {
+            return Err(RecordingError::refused(path, "the run is being recorded or replayed already"));
+        }
+        let files = RunFiles { record: Some(path.to_owned()), ..RunFiles::default() };
+        refuse_overwriting(&files, scene, named)?;
+        output::check_folder(path)?;
+        let identity = Identity::of(scene, named, &*simulation)?;
+        self.recorder = Some(Recorder::create(path, identity, true, simulation)?);
+        Ok(())
     }
 
     fn write_hashes(&mut self, path: Option<&Path>, simulation: &mut Simulation) -> Result<(), RecordingError> {
@@ -98,6 +119,11 @@ impl Stepper {
     /// Whether a recording says what happens, and not the keys of a window.
     pub fn is_replay(&self) -> bool {
         self.recording.is_some()
+    }
+
+    /// Whether a recording is being written.
+    pub fn is_recording(&self) -> bool {
+        self.recorder.is_some()
     }
 
     /// The recording that is replayed.

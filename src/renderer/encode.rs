@@ -7,6 +7,7 @@ use super::objects::Encoded;
 use super::pipelines::ToneMapSource;
 use super::targets::Attachments;
 use super::timestamps::Timestamps;
+use super::worlds::WorldUploads;
 use super::{Renderer, ViewState};
 
 /// Where a view of a frame is drawn.
@@ -122,11 +123,12 @@ impl Renderer {
     pub(super) fn begin_encoding(&mut self, encoder: &mut wgpu::CommandEncoder, views: &[ViewTarget<'_>]) {
         let of_late = views.iter().filter_map(|view| view.state.counts.latest);
         self.cpu_rasterizer.begin_frame(of_late.map(|drawn| drawn.triangles).sum());
-        self.tables.encode(encoder, self.timestamps.as_ref());
-        let Self { gpu, tables, pipelines, meshes, textures, timestamps, shadow_maps, .. } = self;
-        let (tables, assets) = ((&*tables, &pipelines.frame_layout), (&*meshes, &*textures));
+        self.own.tables.encode(encoder, self.timestamps.as_ref());
+        let Self { gpu, own, assets, pipelines, timestamps, .. } = self;
+        let WorldUploads { tables, shadow_maps, .. } = own;
+        let (tables, assets) = ((&*tables, &pipelines.frame_layout), (&assets.meshes, &assets.textures));
         shadow_maps.encode(gpu, encoder, tables, assets, timestamps.as_ref());
-        self.stats.shadows = self.shadow_maps.stats;
+        self.stats.shadows = self.own.shadow_maps.stats;
     }
 
     /// All of a view but the tone map. View by view, as its samples and depths are still in caches between its passes.

@@ -34,6 +34,7 @@ mod gpu;
 mod indirect_draws;
 mod lamp_layers;
 mod layer_casters;
+mod many_worlds;
 mod meshes;
 mod objects;
 mod outputs;
@@ -59,6 +60,7 @@ mod traced;
 mod view_batches;
 mod view_state;
 mod visible_counts;
+mod worlds;
 
 pub use cpu_rasterizer::keep_freed_memory;
 pub use culling::CullRecord;
@@ -69,6 +71,7 @@ pub use faults::Faults;
 pub use few_objects::SlotSet;
 pub use gpu::{Gpu, GpuError, instance_flags};
 pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
+pub use many_worlds::Lend;
 pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};
@@ -85,18 +88,16 @@ pub use visible_counts::VisibleCounts;
 use cpu_rasterizer::CpuRasterizer;
 use culling::Culling;
 use few_objects::FewObjects;
-use frame_tables::FrameTables;
 use indirect_draws::IndirectDraws;
-use meshes::Meshes;
 use pipelines::{MissingPipelines, Pipelines};
 use pyramid::PyramidMaker;
 use shadow_maps::ShadowMaps;
-use std::sync::atomic::{AtomicU64, Ordering};
 use systems::assets::Technique;
 use systems::draw::{BatchKey, DrawList, FrameData};
 use targets::SceneColorCopy;
 use textures::Textures;
 use timestamps::Timestamps;
+use worlds::{Assets, RestingWorlds, WorldUploads};
 
 /// The format of pictures that are written or compared; a window's surface has the like.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -163,27 +164,19 @@ struct Uploads {
 pub struct Renderer {
     gpu: Gpu,
     pipelines: Pipelines,
-    textures: Textures,
-    meshes: Meshes,
-    tables: FrameTables,
+    assets: Assets,
+    /// Of the world at hand.
+    own: WorldUploads,
+    /// What rests of others, if they are kept.
+    resting: Option<RestingWorlds>,
     culling: Culling,
     pyramids: PyramidMaker,
-    shadow_maps: ShadowMaps,
-    /// With whole meshes only, and with levels of detail.
-    draws: [IndirectDraws; 2],
     /// Stands in for the picture behind blended objects where none refracts it.
     no_scene_color: SceneColorCopy,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
-    /// Tells what is uploaded from what was, or what another renderer has: views that knew that begin anew.
-    epoch: u64,
     /// How often views were prepared: those of the last time may be encoded.
     prepared: u64,
-    uploads: Uploads,
-    /// Versions of meshes and textures when a frame was prepared last.
-    asset_versions: (u64, u64),
-    /// What blended objects are drawn with, also those out of view, and the version that this is for.
-    blended_keys: (Option<u64>, Vec<BatchKey>),
     stats: RenderStats,
     /// Where they are asked for and the device has them.
     timestamps: Option<Timestamps>,
@@ -208,23 +201,16 @@ impl Renderer {
         culling: Culling,
         pyramids: PyramidMaker,
     ) -> Self {
-        static EPOCHS: AtomicU64 = AtomicU64::new(1);
         let device = &gpu.device;
         Self {
             culling,
             pyramids,
-            textures,
-            meshes: Meshes::new(device),
-            tables: FrameTables::new(device),
-            shadow_maps: ShadowMaps::new(),
-            draws: [IndirectDraws::new(device), IndirectDraws::new(device)],
+            assets: Assets::new(gpu, textures),
+            own: WorldUploads::new(gpu),
+            resting: None,
             no_scene_color: SceneColorCopy::new(device, &pipelines.scene_color_layout, (1, 1)),
             world: 0,
-            epoch: EPOCHS.fetch_add(1, Ordering::Relaxed),
             prepared: 0,
-            uploads: Uploads::default(),
-            asset_versions: (0, 0),
-            blended_keys: (None, Vec::new()),
             stats: RenderStats::default(),
             timestamps: None,
             cpu_rasterizer: CpuRasterizer::new(&gpu.adapter),
@@ -241,9 +227,9 @@ impl Renderer {
     /// What meshes, textures and shadow maps of the scene take on the device.
     pub fn held_bytes(&self) -> HeldBytes {
         HeldBytes {
-            meshes: self.meshes.bytes(),
-            textures: self.textures.bytes(),
-            shadow_maps: self.shadow_maps.bytes(),
+            meshes: self.assets.meshes.bytes(),
+            textures: self.assets.textures.bytes(),
+            shadow_maps: self.own.shadow_maps.bytes(),
         }
     }
 
@@ -282,17 +268,17 @@ impl Renderer {
         frame: &mut FrameData<'_>,
         views: &mut [(&mut ViewState, ViewPlan)],
     ) -> Result<(), RenderError> {
-        let list = frame.list;
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let longest = views.iter().map(|(_, plan)| plan.view.width.max(plan.view.height)).max().unwrap_or(0);
         if longest > limit {
             let (needed, limit) = (longest.into(), limit.into());
             return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
         }
-        self.enter(list.world);
+        self.enter(frame);
+        let list = frame.list;
         self.stats = RenderStats::default();
         for (state, plan) in &mut *views {
-            state.begin(&self.gpu, self.epoch, list, &plan.settings);
+            state.begin(&self.gpu, self.own.epoch, list, &plan.settings);
         }
         self.prepared += 1;
         // What there is no memory for fails again where it is used.
@@ -305,25 +291,25 @@ impl Renderer {
         // A device that is lost refuses everything.
         let prepared = self.gpu.check().and(refused.map_or(prepared, Err));
         // What is given up is no upload, and may be missing in a picture.
-        let versions = (self.meshes.version(), self.textures.version());
-        let assets_changed = std::mem::replace(&mut self.asset_versions, versions) != versions;
-        self.uploads.any += u64::from(assets_changed || self.stats.scene_bytes() > 0);
-        self.uploads.surfaces += u64::from(assets_changed || self.stats.surface_bytes() > 0);
+        let versions = (self.assets.meshes.version(), self.assets.textures.version());
+        let assets_changed = std::mem::replace(&mut self.own.asset_versions, versions) != versions;
+        self.own.uploads.any += u64::from(assets_changed || self.stats.scene_bytes() > 0);
+        self.own.uploads.surfaces += u64::from(assets_changed || self.stats.surface_bytes() > 0);
         if let Err(error) = prepared {
             views.iter_mut().for_each(|(state, plan)| state.forget(&plan.settings));
             // There may have been no memory for them.
-            self.shadow_maps = ShadowMaps::new();
+            self.own.shadow_maps = ShadowMaps::new();
             return Err(error);
         }
         let list = frame.list;
         for (index, (state, plan)) in (0..).zip(views) {
-            let shadow_records = self.tables.shadow_records(index);
-            state.finish(&self.gpu, list, (plan, shadow_records), self.uploads, self.prepared);
+            let shadow_records = self.own.tables.shadow_records(index);
+            state.finish(&self.gpu, list, (plan, shadow_records), self.own.uploads, self.prepared);
             state.fit_scene_color(
                 &self.gpu.device,
                 &self.pipelines.scene_color_layout,
                 plan.size(),
-                &self.blended_keys.1,
+                &self.own.blended_keys.1,
             );
             if state.needs_sky() {
                 self.pipelines.make_sky(&self.gpu.device, state.pass.sky());
@@ -332,13 +318,31 @@ impl Renderer {
         Ok(())
     }
 
+    /// Keeps what is uploaded of a world while others are drawn, until it is [forgotten](Self::forget_world).
+    pub fn keep_worlds(&mut self) {
+        self.resting.get_or_insert_default();
+    }
+
+    /// Gives up what is uploaded of a world that is not drawn any more, by [`DrawList::world`].
+    pub fn forget_world(&mut self, world: u64) {
+        if world == self.world {
+            (self.own, self.world) = (WorldUploads::new(&self.gpu), 0);
+        } else if let Some(resting) = &mut self.resting {
+            resting.forget(world);
+        }
+    }
+
     /// What is on the device may belong to another world; how it is drawn does not.
-    fn enter(&mut self, world: u64) {
-        if self.world != 0 && world != self.world {
-            let textures = Textures::with_layout(self.textures.layout.clone());
-            let (pipelines, culling, pyramids) = (self.pipelines.clone(), self.culling.clone(), self.pyramids.clone());
-            let timestamps = self.timestamps.take();
-            *self = Self { timestamps, ..Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids) };
+    fn enter(&mut self, frame: &FrameData<'_>) {
+        let world = frame.list.world;
+        if world == self.world {
+            return;
+        }
+        if let Some(resting) = &mut self.resting {
+            resting.exchange(&self.gpu, (self.world, frame), (&mut self.own, &mut self.assets));
+        } else if self.world != 0 {
+            let textures = Textures::with_layout(self.assets.textures.layout.clone());
+            (self.assets, self.own) = (Assets::new(&self.gpu, textures), WorldUploads::new(&self.gpu));
         }
         self.world = world;
     }
@@ -370,16 +374,16 @@ impl Renderer {
         let few = self.few_objects(frame, views);
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
-            let draws = &mut self.draws[usize::from(levels)];
-            self.stats.list_bytes += draws.update(&self.gpu, list, &self.meshes, levels)?;
-            let draws = &self.draws[usize::from(levels)];
+            let draws = &mut self.own.draws[usize::from(levels)];
+            self.stats.list_bytes += draws.update(&self.gpu, list, &self.assets.meshes, levels)?;
+            let draws = &self.own.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
             state.fit_outputs(&self.gpu.device, plan.size());
             let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.is_shaded());
             let shown = shown.map(|cells| (cells, frame.open_portals));
             state.fit_cells(&self.gpu, &self.pipelines.frame_layout, shown);
             state.prepare_lists(&self.gpu, &self.culling, draws, plan, (cells, few.as_ref()))?;
-            state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.tables);
+            state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.own.tables);
         }
         Ok(())
     }
@@ -389,22 +393,24 @@ impl Renderer {
         let shown_alone: Vec<&SlotSet> = views.iter().filter_map(|(state, _)| state.only.as_deref()).collect();
         if !shown_alone.is_empty() {
             let is_among = |slot| shown_alone.iter().any(|only| only.has(slot));
-            return Some(FewObjects::among(frame, &self.meshes, is_among));
+            return Some(FewObjects::among(frame, &self.assets.meshes, is_among));
         }
         let has_cells = frame.cells.is_some_and(|cells| !cells.is_empty());
         let counts_few = !has_cells && views.iter().any(|(_, plan)| plan.settings.few_on_cpu);
-        counts_few.then(|| FewObjects::of(frame, &self.meshes)).flatten()
+        counts_few.then(|| FewObjects::of(frame, &self.assets.meshes)).flatten()
     }
 
     /// Meshes, maps and tables.
     fn upload(&mut self, frame: &mut FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Result<(), RenderError> {
-        self.stats.asset_bytes = self.meshes.upload(&self.gpu, frame.library)?;
-        self.stats.asset_bytes += self.textures.upload(&self.gpu, frame.list, frame.library)?;
+        self.stats.asset_bytes = self.assets.meshes.upload(&self.gpu, frame.library)?;
+        self.stats.asset_bytes += self.assets.textures.upload(&self.gpu, frame.list, frame.library)?;
         let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();
-        self.tables.upload(&self.gpu, frame, &self.shadow_maps.by_slot, &records, &mut self.stats)?;
-        let textures = self.textures.version();
+        self.assets.note(frame);
+        self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.stats)?;
+        let textures = self.assets.textures.version();
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
-        self.stats.list_bytes += self.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.meshes, textures)?;
+        self.stats.list_bytes +=
+            self.own.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.assets.meshes, textures)?;
         Ok(())
     }
 
@@ -415,36 +421,36 @@ impl Renderer {
         if shadowed.is_empty() {
             // Views that shade nothing do not tell whether others read them.
             if views.iter().any(|(_, plan)| plan.settings.outputs.is_shaded()) {
-                self.shadow_maps = ShadowMaps::new();
+                self.own.shadow_maps = ShadowMaps::new();
             }
             return;
         }
         let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
-        let (device, class_layout) = (&self.gpu.device, &self.textures.layout);
+        let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
         let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
         let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
-        self.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
+        self.own.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
     }
 
     /// The records of the layers that a view reads.
     fn shadow_records(&self, state: &ViewState, plan: &ViewPlan, frame: &FrameData<'_>) -> Vec<[u32; 4]> {
         let shadowed = state.shadowed(plan).zip(frame.shadows);
-        shadowed.map_or_else(Vec::new, |(view, scene)| self.shadow_maps.records(&view, &scene, frame.list))
+        shadowed.map_or_else(Vec::new, |(view, scene)| self.own.shadow_maps.records(&view, &scene, frame.list))
     }
 
     /// Whether a view is one of those that were prepared last.
     fn is_prepared(&self, view: &ViewState) -> bool {
-        view.is_of(self.epoch, self.prepared)
+        view.is_of(self.own.epoch, self.prepared)
     }
 
     /// The draws that a view draws.
     fn draws_of(&self, view: &ViewState) -> &IndirectDraws {
-        &self.draws[usize::from(view.levels)]
+        &self.own.draws[usize::from(view.levels)]
     }
 
     /// Finds what blended objects are drawn with, if they changed.
     fn note_blended(&mut self, list: &DrawList) {
-        let (version, keys) = &mut self.blended_keys;
+        let (version, keys) = &mut self.own.blended_keys;
         if *version != Some(list.transparent_version) {
             *version = Some(list.transparent_version);
             *keys = list.transparent.iter().map(|object| object.key).collect();
@@ -469,7 +475,7 @@ impl Renderer {
         for view in views {
             for (pass, draws_opaque) in view.passes() {
                 let opaque = opaque.clone().filter(|_| draws_opaque);
-                let keys = opaque.chain(self.blended_keys.1.iter().copied());
+                let keys = opaque.chain(self.own.blended_keys.1.iter().copied());
                 let mut keys: Vec<_> = keys.map(|key| view.pipeline_of(pass, key)).collect();
                 keys.dedup();
                 for key in keys {

@@ -53,21 +53,21 @@ impl Renderer {
         pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
         let shadows = match view.pass.shadows() {
             Shadows::None => None,
-            Shadows::Maps { .. } => self.shadow_maps.group(),
+            Shadows::Maps { .. } => self.own.shadow_maps.group(),
             Shadows::Traced => view.traced.as_ref(),
         };
         if let Some(shadows) = shadows {
             pass.set_bind_group(3, shadows, &[]);
         }
-        pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
-        pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
+        pass.set_vertex_buffer(0, self.assets.meshes.vertices.buffer().slice(..));
+        pass.set_index_buffer(self.assets.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
     }
 
     /// Sets pipeline and class; `false` if there is nothing to draw with.
     fn bind_key(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, kind: Pass, key: BatchKey) -> bool {
         let drawn_with = view.pipeline_of(kind, key);
         let pipeline = self.pipelines.object(kind, drawn_with);
-        let class = self.textures.class(key.class, drawn_with.technique);
+        let class = self.assets.textures.class(key.class, drawn_with.technique);
         let (Some(pipeline), Some(class)) = (pipeline, class) else { return false };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, class, &[]);
@@ -141,7 +141,7 @@ impl Renderer {
             pass.set_vertex_buffer(1, view.blended.buffer().slice(..));
         }
         for run in &view.blended_runs {
-            let Some(mesh) = self.meshes.range(run.key.mesh) else { continue };
+            let Some(mesh) = self.assets.meshes.range(run.key.mesh) else { continue };
             let Some(whole) = mesh.levels.first() else { continue };
             if self.bind_key(pass, view, kind, run.key) {
                 let first = mesh.first_index() + whole.first_index;

@@ -333,7 +333,7 @@ impl Renderer {
         // Nothing is drawn into it: there is no tone map.
         let target = view.output_textures.depth.as_ref().map(|kept| kept.view.clone());
         if view.lists_ready {
-            self.tables.encode(encoder, None);
+            self.own.tables.encode(encoder, None);
             self.encode_outputs(encoder, view, None, pixel);
         } else if let Some(target) = target {
             // The picture was not drawn, which finds out what is visible.

@@ -94,7 +94,7 @@ impl Renderer {
             mapped_at_creation: false,
         });
         queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&shadows.words));
-        let layout = self.pipelines.traced_layout(device, &self.textures.layout);
+        let layout = self.pipelines.traced_layout(device, &self.assets.textures.layout);
         view.set_traced(Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("traced shadows"),
             layout,

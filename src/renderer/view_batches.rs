@@ -46,7 +46,7 @@ pub struct ViewBatches {
 
 /// What views of a batch have in common.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct BatchKey {
+pub(super) struct BatchKey {
     size: (u32, u32),
     samples: u32,
     outputs: OutputSet,
@@ -155,13 +155,13 @@ impl LayerTextures {
 }
 
 impl BatchKey {
-    fn of(plan: &ViewPlan) -> Self {
+    pub fn of(plan: &ViewPlan) -> Self {
         let Settings { samples, outputs, debug, .. } = plan.settings;
         Self { size: plan.size(), samples, outputs, tone_mapped: debug == DebugView::Off }
     }
 
     /// How many views a batch of these may have.
-    fn most_views(self, gpu: &Gpu) -> usize {
+    pub fn most_views(self, gpu: &Gpu) -> usize {
         let (width, height) = (u64::from(self.size.0), u64::from(self.size.1));
         let own = if self.samples == 1 { 0 } else { 12 * u64::from(self.samples) };
         // Of colours, depths, normals, ids and the picture.
@@ -174,6 +174,16 @@ impl BatchKey {
 }
 
 impl ViewBatches {
+    /// Before the first batch of a frame.
+    pub(super) fn begin(&mut self) {
+        self.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+    }
+
+    /// After the last one: what has had no view for long gives its memory back.
+    pub(super) fn end(&mut self) {
+        self.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+    }
+
     /// The batch of a kind, which is made where there is none.
     fn batch(&mut self, key: BatchKey) -> &mut Batch {
         let found = self.batches.iter().position(|batch| batch.key == key);
@@ -200,6 +210,51 @@ impl Batch {
                 state.set_layer(textures.layer(self.key, index));
             }
             self.textures = Some(textures);
+        }
+        Ok(())
+    }
+}
+
+/// The views of a batch, as they are encoded world by world.
+pub(super) struct BatchEncoder<'a> {
+    renderer: &'a mut Renderer,
+    key: BatchKey,
+    states: &'a mut [ViewState],
+    /// All in one, or one for each view.
+    pictures: &'a [wgpu::TextureView],
+    encoder: wgpu::CommandEncoder,
+    encoded: Encoded,
+    /// The first state that has no view yet.
+    next: usize,
+}
+
+impl BatchEncoder<'_> {
+    /// Prepares and encodes the next views, which are of one world.
+    pub fn encode(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
+    ) -> Result<(), RenderError> {
+        let Self { renderer, key, states, pictures, encoder, encoded, next } = self;
+        let first = std::mem::replace(next, *next + views.len());
+        let states = &mut states[first..*next];
+        let mut prepared = Vec::with_capacity(views.len());
+        for (state, (plan, only)) in states.iter_mut().zip(views) {
+            state.only = only;
+            prepared.push((state, plan));
+        }
+        renderer.prepare(frame, &mut prepared)?;
+        let targets: Vec<_> = (first..)
+            .zip(states)
+            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
+            .collect();
+        renderer.begin_encoding(encoder, &targets);
+        for mut target in targets {
+            renderer.encode_scene(encoder, &mut target, encoded);
+            if key.samples > 1 {
+                renderer.encode_tone_map(encoder, &target);
+            }
+            target.state.drawn_now();
         }
         Ok(())
     }
@@ -236,7 +291,7 @@ impl Renderer {
         batches: &mut ViewBatches,
         (plans, only): (&[ViewPlan], &[Arc<SlotSet>]),
     ) -> Result<Vec<Outputs>, RenderError> {
-        batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+        batches.begin();
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
         while let Some(&first) = open.first() {
@@ -249,25 +304,25 @@ impl Renderer {
                 let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
                 let (now, later) = rest.split_at(views_with_room(frame, &asked));
                 rest = later;
-                let views: Vec<_> = now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect();
-                let drawn = self.draw_batch(frame, batches, key, views)?;
+                let mut views = Some(now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect());
+                let drawn = self.draw_batch(batches, (key, now.len()), &mut |batch| {
+                    batch.encode(frame, views.take().unwrap_or_default())
+                })?;
                 now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
             }
         }
-        // What has had no view for long gives its memory back.
-        batches.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+        batches.end();
         self.gpu.check()?;
         Ok(results.into_iter().flatten().collect())
     }
 
-    fn draw_batch(
+    /// Draws so many views of a kind, which `encode` encodes, and reads them back.
+    pub(super) fn draw_batch(
         &mut self,
-        frame: &mut FrameData<'_>,
         batches: &mut ViewBatches,
-        key: BatchKey,
-        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
+        (key, count): (BatchKey, usize),
+        encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
     ) -> Result<Vec<Outputs>, RenderError> {
-        let count = views.len();
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         if key.size.0.max(key.size.1) > limit {
             let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
@@ -279,38 +334,34 @@ impl Renderer {
         else {
             return Ok(Vec::new());
         };
-        let states = &mut states[..count];
-        let mut prepared = Vec::with_capacity(count);
-        for (state, (plan, only)) in states.iter_mut().zip(views) {
-            state.only = only;
-            prepared.push((state, plan));
-        }
-        self.prepare(frame, &mut prepared)?;
         let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
-        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        let encoder = self.gpu.device.create_command_encoder(&label);
         let pictures: Vec<_> = (0..if key.samples == 1 { 1 } else { count as u32 })
             .map(|index| layer_view(&textures.picture, "picture", index))
             .collect();
-        let targets: Vec<_> = states
-            .iter_mut()
-            .enumerate()
-            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
-            .collect();
-        self.begin_encoding(&mut encoder, &targets);
-        let mut encoded = Encoded::default();
-        for mut target in targets {
-            self.encode_scene(&mut encoder, &mut target, &mut encoded);
-            if key.samples > 1 {
-                self.encode_tone_map(&mut encoder, &target);
-            }
-            target.state.drawn_now();
-        }
+        let states = &mut states[..count];
+        let (renderer, encoded) = (&mut *self, Encoded::default());
+        let mut batch =
+            BatchEncoder { renderer, key, states: &mut *states, pictures: &pictures, encoder, encoded, next: 0 };
+        encode(&mut batch)?;
+        let BatchEncoder { mut encoder, encoded, .. } = batch;
         (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
         if key.samples == 1 && key.outputs.color {
             self.encode_tone_map_of_layers(&mut encoder, (textures, key, count as u32), &pictures[0], states);
         }
         self.finish_timestamps(&mut encoder);
+        Ok(self.read_batch(readback, encoder, (textures, key), states))
+    }
 
+    /// Submits a batch and reads what its views have drawn.
+    fn read_batch(
+        &self,
+        readback: &mut Readback,
+        mut encoder: wgpu::CommandEncoder,
+        (textures, key): (&LayerTextures, BatchKey),
+        states: &[ViewState],
+    ) -> Vec<Outputs> {
+        let count = states.len();
         let resolved: Vec<_> = states
             .iter()
             .filter(|_| key.outputs.linear && key.samples > 1)
@@ -337,7 +388,7 @@ impl Renderer {
         let depth = depth.then(|| add(vec![layers(&textures.depth)]));
         let normal = textures.normal.as_ref().map(|texture| add(vec![layers(texture)]));
         let id = textures.id.as_ref().map(|texture| add(vec![layers(texture)]));
-        Ok(readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+        readback.read_layers(&self.gpu, encoder, &sources, |packed| {
             let texels = |source: Option<usize>, layer: usize| {
                 source.map_or_else(Vec::new, |source| packed[source].layer(layer as u32))
             };
@@ -353,7 +404,7 @@ impl Renderer {
                 view_from_clip: states[view].view_from_clip,
             };
             (0..count).map(outputs).collect()
-        }))
+        })
     }
 
     /// From the linear colours of all layers to their pictures.

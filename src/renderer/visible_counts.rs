@@ -156,7 +156,7 @@ impl Renderer {
     pub(super) fn visible_blended(&self, view: &ViewState) -> VisibleCounts {
         let mut drawn = VisibleCounts::default();
         for run in &view.blended_runs {
-            let whole = self.meshes.range(run.key.mesh).and_then(|mesh| mesh.levels.first());
+            let whole = self.assets.meshes.range(run.key.mesh).and_then(|mesh| mesh.levels.first());
             drawn.add(run.slots.len() as u32, whole.map_or(0, |level| level.index_count));
         }
         drawn

@@ -149,13 +149,21 @@ impl From<Problem> for SceneError {
 /// [`SceneFields`]. A glTF file without lights gets a neutral rig. A scene without a camera gets one that sees
 /// everything.
 pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, SceneError> {
+    load_seeded(path, None, simulation)
+}
+
+/// [`load`] with another seed than the scene's own, in all that is random in it but generators with seeds of their own.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_seeded(path: &Path, seed: Option<u64>, simulation: &mut Simulation) -> Result<LoadedScene, SceneError> {
     let world = &mut simulation.world;
     let fields = world.get_resource::<SceneFields>().cloned().unwrap_or_default();
     let prepared = world.resource_scope(|_, mut library: Mut<Library>| {
         let before = library.revisions();
         prepare(path, &fields, &mut library).inspect_err(|_| library.take_back(before))
     })?;
-    Ok(prepared.instantiate(path, None, simulation))
+    Ok(prepared.instantiate(path, seed, simulation))
 }
 
 /// A library with the meshes, materials and images that [`load`] adds to it, under the same ids, without a world.

@@ -9,7 +9,7 @@ use std::io::Result;
 ///
 /// # Errors
 /// None that are known.
-pub(super) fn encode(boxes: &[ObjectBox]) -> Result<Vec<u8>> {
+pub fn encode(boxes: &[ObjectBox]) -> Result<Vec<u8>> {
     let id = each(boxes, |one| one.id);
     let class = each(boxes, |one| one.class);
     let box_visible = parts(boxes, |one| one.box_visible);

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use systems::draw::{Environment, Intrinsics, View};
 use systems::sensors::philox::Noise;
-use systems::sensors::{CameraOutput, CameraSensor, Lens};
+use systems::sensors::{CameraOutput, CameraOutputs, CameraSensor, Lens};
 
 /// What a camera captured. Arrays that were not asked for are empty.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -24,6 +24,8 @@ pub struct CameraCapture {
     pub width: u32,
     /// Pixels.
     pub height: u32,
+    /// What was asked for.
+    pub outputs: CameraOutputs,
     /// `None` where the projection is parallel.
     pub intrinsics: Option<Intrinsics>,
     /// With what bends its picture.
@@ -155,7 +157,9 @@ pub(super) fn capture(
     let has = |output| sensor.outputs.has(output);
     let (pixels, exposure) = plan.pixels(sensor, drawn, world.resource::<Environment>(), noise);
     let (intrinsics, lens, color) = (sensor.intrinsics(), sensor.lens, pixels.color);
-    let mut capture = CameraCapture { width, height, intrinsics, lens, exposure, color, ..CameraCapture::default() };
+    let outputs = sensor.outputs;
+    let mut capture =
+        CameraCapture { width, height, outputs, intrinsics, lens, exposure, color, ..CameraCapture::default() };
     if has(CameraOutput::Linear) {
         capture.linear = pixels.linear;
     }

@@ -1,5 +1,6 @@
 //! What sensors measured: a capture of one state.
 
+use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::camera::CameraCapture;
 use super::lidar::{LidarScan, Pose};
 use super::motion::{GnssCapture, ImuCapture};
@@ -79,6 +80,16 @@ impl LidarCapture {
 }
 
 impl SensorCapture {
+    /// From the axes of its outputs to the scene's coordinates: of a camera X right, Y down, Z forward; of others X
+    /// forward, Y left, Z up.
+    pub fn world_from_outputs(&self) -> DAffine3 {
+        let entity_from_outputs = match self.data {
+            SensorData::Camera(_) => ENTITY_FROM_CAMERA,
+            _ => ENTITY_FROM_LIDAR,
+        };
+        self.world_from_sensor * DAffine3::from_mat3(entity_from_outputs)
+    }
+
     /// What a camera captured; `None` of another sensor.
     pub fn camera(&self) -> Option<&CameraCapture> {
         if let SensorData::Camera(camera) = &self.data { Some(camera) } else { None }

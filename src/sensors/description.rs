@@ -4,7 +4,7 @@
 //! Z forward; those of all others X forward, Y left, Z up.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
-use super::suite::{Due, nanoseconds, sensor_names};
+use super::world_sensors::{Due, nanoseconds, sensor_names};
 use crate::export::ros::Distortion;
 use bevy_ecs::prelude::*;
 use glam::DMat4;

@@ -1,7 +1,8 @@
 //! Sensors of a world, captured: what every sensor that is due after a step measures, as arrays.
 //!
 //! ```text
-//! suite          the sensors of a world by name, and what it takes to capture them; capture: what they measured
+//! suite          what it takes to capture the sensors of a world: what they are (world_sensors) and what draws them
+//!                (drawing), for several worlds together, too; capture: what they measured
 //! camera         what a camera gives, made of the pixels that its view drew; of a lens that bends, of faces (lens_map)
 //!                whose pixels are re-sampled (resample) and developed on the CPU
 //! lidar          the beams of a lidar through what is drawn, into arrays
@@ -53,6 +54,7 @@ mod colors;
 mod dataset;
 mod description;
 mod develop;
+mod drawing;
 mod drawn_parts;
 mod files;
 mod films;
@@ -83,15 +85,19 @@ mod suite;
 mod texels;
 mod things;
 mod tracking;
+mod world_sensors;
 
+pub use box_records::encode as boxes_as_npy;
 pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
 pub use capture::{Capture, LidarCapture, SensorCapture, SensorData};
 pub use dataset::{SensorJob, render_sensors};
+pub use drawing::{Captured, Drawing, Wanted};
 pub use files::FileFormat;
 pub use flow::{Flow, flags};
 pub use label_table::entity_of_number;
 pub use lidar::{LidarScan, Pose};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
-pub use suite::{SensorSuite, sensor_names};
+pub use suite::SensorSuite;
+pub use world_sensors::{WorldSensors, sensor_names};

@@ -1,73 +1,25 @@
 //! The sensors of a world, captured together.
 
-use super::boxes::Boxes;
-use super::camera::{self, CameraPlan};
-use super::capture::{Capture, LidarCapture, SensorCapture, SensorData};
-use super::label_table::{LabelTable, mounted_on, number};
-use super::lens_map::LensMaps;
-use super::lidar::{self, Pose};
-use super::motion::{self, Moment, Track};
-#[cfg(not(feature = "vehicles"))]
-use super::no_vehicles::{collisions, lanes};
-use super::rays::{RayScene, RayWarnings};
-use super::tracking::{Tracked, TrackedCamera, Tracker};
-#[cfg(feature = "vehicles")]
-use super::{collisions, lanes};
-use crate::name;
-use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
-use bevy_ecs::name::Name;
+use super::capture::Capture;
+use super::drawing::Drawing;
+use super::rays::RayWarnings;
+use super::world_sensors::{Due, WorldSensors};
+use crate::renderer::{Gpu, RenderError, Settings};
 use bevy_ecs::prelude::*;
-use glam::{Affine3A, DAffine3, DVec3};
-use std::collections::HashMap;
 use systems::Simulation;
-use systems::ecs::clock::{Clock, Seed};
-use systems::sensors::philox::Noise;
-use systems::sensors::{GeoOrigin, Sensor, SensorKind};
-use systems::space::GlobalTransform;
-use systems::space::origin::Origin;
 
-/// What it takes to capture sensors: a renderer, and what their views keep from capture to capture.
+/// What it takes to capture the sensors of a world: what draws, and what is kept from capture to capture.
 pub struct SensorSuite {
     /// How cameras draw, but for what a sensor says itself: samples and outputs.
     pub settings: Settings,
-    renderer: Renderer,
-    batches: ViewBatches,
-    labels: LabelTable,
-    lenses: LensMaps,
-    rays: RayScene,
-    warnings: RayWarnings,
-    /// Where sensors that measure by it were when they were due last.
-    tracks: HashMap<Entity, Track>,
-    tracker: Tracker,
-}
-
-/// The sensors of a world with their names, in the order in which they came to be.
-pub fn sensor_names(world: &mut World) -> Vec<(String, Entity)> {
-    let sensors = sensors_where(world, |_| true);
-    sensors.into_iter().map(|sensor| (sensor_name(world, sensor), sensor)).collect()
-}
-
-/// A sensor's own name below that of the thing that it is mounted on.
-fn sensor_name(world: &World, sensor: Entity) -> String {
-    let own = world.get::<Name>(sensor).map(|name| name.as_str().to_owned());
-    let own = own.unwrap_or_else(|| format!("sensor {}", number(world, sensor)));
-    mounted_on(world, sensor).map_or(own.clone(), |above| format!("{}/{own}", name::of_entity(world, above)))
+    drawing: Drawing,
+    own: WorldSensors,
 }
 
 impl SensorSuite {
     /// For the worlds that are captured with a device.
     pub fn new(gpu: &Gpu) -> Self {
-        Self {
-            settings: Settings::default(),
-            renderer: Renderer::new(gpu),
-            batches: ViewBatches::default(),
-            labels: LabelTable::default(),
-            lenses: LensMaps::default(),
-            rays: RayScene::default(),
-            warnings: RayWarnings::default(),
-            tracks: HashMap::new(),
-            tracker: Tracker::default(),
-        }
+        Self { settings: Settings::default(), drawing: Drawing::new(gpu), own: WorldSensors::default() }
     }
 
     /// Captures all sensors that are due after the clock's step. Brings the world's draw list up to date.
@@ -102,19 +54,13 @@ impl SensorSuite {
         simulation: &mut Simulation,
         wanted: impl Fn(Entity) -> bool,
     ) -> Result<Capture, RenderError> {
-        let mut looked_at = self.due(simulation, |_| true);
-        looked_at.retain(|due| wanted(due.entity));
-        let step = simulation.world.resource::<Clock>().step;
-        let others = sensors_where(&mut simulation.world, |sensor| !sensor.is_due(step));
-        let others: Vec<Entity> = others.into_iter().filter(|&sensor| wanted(sensor)).collect();
-        if !others.is_empty() {
-            simulation.frame();
-        }
-        looked_at.extend(others.into_iter().filter_map(|sensor| Due::of(&simulation.world, sensor, step)));
-        for due in &mut looked_at {
-            due.steps[1] = due.steps[1].max(due.sensor.every.into());
-        }
+        let looked_at = self.own.looked_at(simulation, wanted);
         self.capture_due(simulation, looked_at)
+    }
+
+    /// The sensors that are due after the clock's step and wanted; where there are any, brings the world up to date.
+    pub(super) fn due(&mut self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> Vec<Due> {
+        self.own.due(simulation, wanted)
     }
 
     /// Captures sensors that [`Self::due`] has found in the state at hand.
@@ -122,211 +68,17 @@ impl SensorSuite {
     /// # Errors
     /// [`RenderError`].
     pub(super) fn capture_due(&mut self, simulation: &mut Simulation, due: Vec<Due>) -> Result<Capture, RenderError> {
-        let Self { settings, renderer, batches, labels, lenses, rays, warnings, tracker, .. } = self;
-        let plans = due.iter().filter_map(|due| due.plan(settings, lenses).transpose());
-        let plans: Vec<CameraPlan> = plans.collect::<Result<_, _>>()?;
-        let views: Vec<Vec<ViewPlan>> = plans.iter().map(CameraPlan::views).collect();
-        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &views.concat()))?;
-        labels.begin();
-        let tracked = tracker.look(simulation, labels, due.iter().map(|due| &due.sensor));
-        let world = &simulation.world;
-        let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
-        let clock = world.resource::<Clock>();
-        let (step, step_seconds) = (clock.step, clock.step_seconds);
-        *warnings = RayWarnings::default();
-        if due.iter().any(|due| matches!(due.sensor.kind, SensorKind::Lidar(_))) {
-            rays.update(simulation);
-            *warnings = rays.warnings();
-        }
-        let mut plans = plans.iter().zip(views);
-        let mut drawn = &drawn[..];
-        let mut sensors: Vec<SensorCapture> = Vec::new();
-        // Which sensor's boxes, and how things are drawn alone for them.
-        let mut boxes_of = Vec::new();
-        for due in due {
-            let before = step.saturating_sub(due.sensor.every.into());
-            let noise = Noise::new(seed, number(world, due.entity).into(), step);
-            let (seconds, now) = (f64::from(due.sensor.every) * step_seconds, &due.poses[1]);
-            let moment = Moment { seconds, before: nanoseconds(clock, before), noise };
-            let data = match &due.sensor.kind {
-                SensorKind::Camera(camera) => {
-                    let Some((plan, views)) = plans.next() else { continue };
-                    let (own, others) = drawn.split_at(views.len().min(drawn.len()));
-                    drawn = others;
-                    let (mut capture, found) = camera::capture(camera, (plan, own), labels, world, noise);
-                    if let Some(tracked) = &tracked {
-                        let camera = TrackedCamera {
-                            entity: due.entity,
-                            sensor: &due.sensor,
-                            camera,
-                            map: plan.map(),
-                            world_from_camera: plan.world_from_camera(origin),
-                            mounted_on: mounted_on(world, due.entity).map(|above| number(world, above)),
-                        };
-                        let boxes = tracker.track(tracked, &camera, &mut capture, &found);
-                        boxes_of.extend(boxes.map(|boxes| (sensors.len(), plan.alone(), boxes)));
-                    }
-                    SensorData::Camera(capture)
-                }
-                SensorKind::Lidar(lidar) => {
-                    let columns = lidar.columns_between(due.steps[0], due.steps[1], step_seconds);
-                    let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
-                    let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
-                    let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
-                    let in_scene = |pose: Pose| Pose { translation: pose.translation + origin, ..pose };
-                    SensorData::Lidar(LidarCapture { scan, instance, class, columns, poses: due.poses.map(in_scene) })
-                }
-                SensorKind::Imu(imu) => SensorData::Imu(motion::imu(imu, now, &due.before, moment)),
-                SensorKind::Gnss(gnss) => {
-                    let on_earth = world.get_resource::<GeoOrigin>();
-                    SensorData::Gnss(motion::gnss(gnss, on_earth, origin, (now, due.before[0]), moment))
-                }
-                SensorKind::Collision(collision) => {
-                    SensorData::Collision(collisions::capture(collision, world, (due.entity, now), labels))
-                }
-                SensorKind::Lane(lane) => SensorData::Lane(lanes::capture(lane, world, due.entity, now)),
-            };
-            let [_, world_from_sensor] = due.in_scene(origin);
-            sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
-        }
-        if let Some(tracked) = tracked {
-            self.finish_boxes(simulation, &tracked, boxes_of, &mut sensors)?;
-        }
-        let nanoseconds = nanoseconds(simulation.world.resource::<Clock>(), step);
-        Ok(Capture { step, nanoseconds, sensors })
-    }
-
-    /// Gives cameras their boxes, for which things are drawn alone. `boxes_of`: places of their captures in `sensors`, and
-    /// how they are drawn.
-    fn finish_boxes(
-        &mut self,
-        simulation: &mut Simulation,
-        tracked: &Tracked,
-        boxes_of: Vec<(usize, CameraPlan, Boxes)>,
-        sensors: &mut [SensorCapture],
-    ) -> Result<(), RenderError> {
-        let Self { renderer, batches, labels, tracker, .. } = self;
-        let (mut plans, mut only) = (Vec::new(), Vec::new());
-        for (_, plan, boxes) in &boxes_of {
-            for set in tracked.drawn_alone(boxes) {
-                let views = plan.views();
-                only.extend(views.iter().map(|_| set.clone()));
-                plans.extend(views);
-            }
-        }
-        let drawn = simulation.with_frame(|frame| renderer.draw_alone(frame, batches, (&plans, &only)))?;
-        let mut drawn = &drawn[..];
-        for (sensor, plan, boxes) in boxes_of {
-            let views = plan.views().len();
-            let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
-            drawn = rest;
-            let found = own.chunks(views.max(1)).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
-            if let SensorData::Camera(capture) = &mut sensors[sensor].data {
-                capture.boxes = boxes.finish(found);
-            }
-        }
-        tracker.forget(&simulation.world);
-        Ok(())
+        let planned = self.own.plan(&self.settings, due)?;
+        self.drawing.capture_planned(simulation, &mut self.own, planned)
     }
 
     /// What of the last capture's rays is not as it is drawn.
     pub fn ray_warnings(&self) -> RayWarnings {
-        self.warnings
-    }
-
-    /// The sensors that are due after the clock's step and wanted; where there are any, brings the world up to date.
-    /// Notes where sensors are that measure by it, for the next time that they are due: to be called after each such
-    /// step.
-    pub(super) fn due(&mut self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> Vec<Due> {
-        let world = &mut simulation.world;
-        let step = world.resource::<Clock>().step;
-        let sensors = sensors_where(world, |sensor| sensor.is_due(step));
-        if sensors.is_empty() {
-            return Vec::new();
-        }
-        simulation.frame();
-        let world = &simulation.world;
-        let mut due = Vec::new();
-        for entity in sensors {
-            let Some(mut found) = Due::of(world, entity, step) else { continue };
-            let track = self.tracks.entry(entity).or_default();
-            found.before = track.note(&found.sensor.kind, step, found.sensor.every, found.poses[1]);
-            let seconds = f64::from(found.sensor.every) * world.resource::<Clock>().step_seconds;
-            // What was put elsewhere meanwhile did not sweep over what is between.
-            let came_from = found.before[0].filter(|before| motion::may_have_moved(before, &found.poses[1], seconds));
-            found.poses[0] = came_from.unwrap_or(found.poses[1]);
-            if wanted(&found.name) {
-                due.push(found);
-            }
-        }
-        self.tracks.retain(|entity, _| world.get_entity(*entity).is_ok());
-        self.lenses.retain(world);
-        due
+        self.own.ray_warnings()
     }
 
     /// The device it draws with.
     pub fn gpu(&self) -> &Gpu {
-        self.renderer.gpu()
+        self.drawing.gpu()
     }
-}
-
-/// The time after a step, rounded once.
-pub(super) fn nanoseconds(clock: &Clock, step: u64) -> u64 {
-    (step as f64 * clock.step_seconds * 1e9).round() as u64
-}
-
-/// A sensor that is due.
-pub(super) struct Due {
-    pub name: String,
-    pub sensor: Sensor,
-    entity: Entity,
-    /// With its scale.
-    world_from_entity: Affine3A,
-    /// Of a lidar that sweeps, where it was when it was due before, as far as that is known, and where it is; else that
-    /// twice.
-    poses: [Pose; 2],
-    /// Where it was when it was due before, and before that, as far as that is known and it measures by it.
-    before: [Option<Pose>; 2],
-    /// Between which it has fired what it measures.
-    steps: [u64; 2],
-}
-
-impl Due {
-    /// As if it had stood still since it was due before; `None` of what is no sensor, or was not placed yet.
-    fn of(world: &World, entity: Entity, step: u64) -> Option<Self> {
-        let (sensor, place) = (world.get::<Sensor>(entity)?, world.get::<GlobalTransform>(entity)?);
-        let is_of_state = motion::measures_motion(&sensor.kind);
-        let now = if is_of_state { motion::pose(world, entity) } else { Pose::of(place) };
-        Some(Self {
-            name: sensor_name(world, entity),
-            sensor: sensor.clone(),
-            entity,
-            world_from_entity: place.affine(),
-            poses: [now; 2],
-            before: [None; 2],
-            steps: [step.saturating_sub(sensor.every.into()), step],
-        })
-    }
-
-    /// Its [poses](Self::poses) in the scene's coordinates, whose `origin` the world's count from.
-    pub fn in_scene(&self, origin: DVec3) -> [DAffine3; 2] {
-        self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))
-    }
-
-    /// How a camera is drawn.
-    fn plan(&self, settings: &Settings, lenses: &mut LensMaps) -> Result<Option<CameraPlan>, RenderError> {
-        let SensorKind::Camera(camera) = &self.sensor.kind else { return Ok(None) };
-        let checked = camera.check_light().and_then(|()| lenses.of(self.entity, camera));
-        let map = checked.map_err(|reason| RenderError::Camera { sensor: self.name.clone(), reason })?;
-        Ok(Some(CameraPlan::new(camera, &self.world_from_entity, settings, map)))
-    }
-}
-
-/// The sensors for which something holds, in the order in which they came to be.
-fn sensors_where(world: &mut World, holds: impl Fn(&Sensor) -> bool) -> Vec<Entity> {
-    let mut sensors = world.query::<(Entity, &Sensor)>();
-    let found = sensors.iter(world).filter(|(_, sensor)| holds(sensor)).map(|(entity, _)| entity);
-    let mut found: Vec<Entity> = found.collect();
-    found.sort_unstable_by_key(|&sensor| number(world, sensor));
-    found
 }

@@ -17,6 +17,7 @@ use super::split::{Grid, split};
 use bevy_ecs::prelude::*;
 use glam::Vec4;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// All meshes, materials and images of a world, which keeps its library: that another one was put in the place of the
 /// resource would not be noticed.
@@ -32,6 +33,20 @@ pub struct Library {
     pieces: HashMap<(MeshId, Grid), Vec<MeshId>>,
     /// Whether images lose their texels when a renderer has them.
     drops_texels: bool,
+    contents: Contents,
+}
+
+/// Which meshes, materials and images a library has: as long as a library and its clones are not changed these are
+/// equal, and they are no other's.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Contents(u64);
+
+impl Contents {
+    /// Unlike all before.
+    fn new() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
 }
 
 /// How often meshes, materials and images were added, changed or removed.
@@ -65,6 +80,7 @@ impl Default for Library {
             images: Slots::default(),
             pieces: HashMap::new(),
             drops_texels: false,
+            contents: Contents::new(),
         };
         library.add_material(Material {
             name: "default".into(),
@@ -88,17 +104,20 @@ impl Default for Library {
 impl Library {
     /// Adds a mesh. Its tangents are computed in the next frame where it brings none.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.contents = Contents::new();
         self.meshes.add(MeshEntry::new(mesh, false))
     }
 
     /// Adds a mesh that is drawn as it is at any distance: one that would take long to simplify.
     pub fn add_mesh_without_levels(&mut self, mesh: Mesh) -> MeshId {
+        self.contents = Contents::new();
         self.meshes.add(MeshEntry::new(mesh, true))
     }
 
     /// Puts another mesh in the place of one. What uses it is drawn with the new one from the next frame on, has its
     /// bounds, and stands on it; objects in pieces are cut anew. `false`: no such mesh.
     pub fn replace_mesh(&mut self, id: MeshId, mesh: Mesh) -> bool {
+        self.contents = Contents::new();
         let Some(entry) = self.meshes.edit(id) else { return false };
         *entry = MeshEntry::new(mesh, entry.without_levels);
         self.remove_pieces(id);
@@ -107,6 +126,7 @@ impl Library {
 
     /// Removes a mesh and the pieces that it was cut into. What uses it is not drawn any more.
     pub fn remove_mesh(&mut self, id: MeshId) -> Option<MeshEntry> {
+        self.contents = Contents::new();
         let removed = self.meshes.remove(id)?;
         self.remove_pieces(id);
         Some(removed)
@@ -153,33 +173,39 @@ impl Library {
 
     /// Adds a material.
     pub fn add_material(&mut self, material: Material) -> MaterialId {
+        self.contents = Contents::new();
         self.materials.add(material)
     }
 
     /// Changes a material; what uses it is drawn anew from the next frame on. `false`: no such material.
     pub fn edit_material(&mut self, id: MaterialId, edit: impl FnOnce(&mut Material)) -> bool {
+        self.contents = Contents::new();
         self.materials.edit(id).map(edit).is_some()
     }
 
     /// Removes a material; what uses it has the default. The default itself stays: `None`, as for an id of none.
     pub fn remove_material(&mut self, id: MaterialId) -> Option<Material> {
+        self.contents = Contents::new();
         if id == MaterialId::DEFAULT { None } else { self.materials.remove(id) }
     }
 
     /// Adds an image.
     pub fn add_image(&mut self, image: Image) -> ImageId {
+        self.contents = Contents::new();
         self.images.add(image)
     }
 
     /// Puts another image in the place of one, of any size and kind. `false`: no such image, or one that stands in for
     /// missing maps.
     pub fn replace_image(&mut self, id: ImageId, image: Image) -> bool {
+        self.contents = Contents::new();
         !is_stand_in(id) && self.images.edit(id).map(|replaced| *replaced = image).is_some()
     }
 
     /// Removes an image; materials that use it have the stand-in for a missing map. Stand-ins themselves stay: `None`,
     /// as for an id of none.
     pub fn remove_image(&mut self, id: ImageId) -> Option<Image> {
+        self.contents = Contents::new();
         if is_stand_in(id) { None } else { self.images.remove(id) }
     }
 
@@ -197,6 +223,11 @@ impl Library {
         }
     }
 
+    /// Tells libraries apart by what is in them: worlds of equal ones can share what is made of it.
+    pub fn contents(&self) -> Contents {
+        self.contents
+    }
+
     /// Tells whether anything changed: what has seen these has seen everything.
     pub fn revisions(&self) -> Revisions {
         Revisions {
@@ -209,6 +240,7 @@ impl Library {
     /// Takes back everything added since [`Library::revisions`] were `since`, as if it had never been there: for a
     /// loader that fails half-way, before anything has seen the new ids.
     pub fn take_back(&mut self, since: Revisions) {
+        self.contents = Contents::new();
         self.meshes.take_back(since.meshes);
         self.materials.take_back(since.materials);
         self.images.take_back(since.images);
@@ -254,6 +286,7 @@ impl Library {
 
     /// All images that have their texels in the order of their slots, to be changed: each counts as replaced.
     pub fn images_mut(&mut self) -> impl Iterator<Item = (ImageId, &mut Image)> {
+        self.contents = Contents::new();
         let with_texels = self.images.iter().filter(|(_, image)| !image.levels.is_empty());
         for id in with_texels.map(|(id, _)| id).collect::<Vec<_>>() {
             self.images.edit(id);

@@ -27,7 +27,7 @@ pub(crate) mod technique;
 pub mod texture_memory;
 
 pub use image::{Image, ImageId, ImageKind, Texels, level_count, level_size};
-pub use library::{Library, LibraryBytes, Revisions};
+pub use library::{Contents, Library, LibraryBytes, Revisions};
 pub use material::{
     AlphaMode, Filter, MAP_COUNT, Map, MapSlot, Material, MaterialId, MipFilter, Sampler, Shading, Wrap,
     default_specular,

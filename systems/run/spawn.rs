@@ -10,7 +10,9 @@ use crate::sensors::components::Sensor;
 use crate::sensors::labels::{Class, Instance};
 use crate::space::transform::Transform;
 #[cfg(feature = "vehicles")]
-use crate::vehicles::components::Controls;
+use crate::vehicles::components::{Controls, Motion, OnRoute};
+#[cfg(feature = "vehicles")]
+use crate::vehicles::routes::Routes;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -63,6 +65,22 @@ pub enum Spawn {
         /// Which; of another entity than the scene's own nothing is drawn.
         of: StateId,
     },
+    /// A vehicle on a route.
+    #[cfg(feature = "vehicles")]
+    Driver {
+        /// For people.
+        name: String,
+        /// The name of its type; the stand-in where there is none of that name.
+        kind: String,
+        /// Which of the type's paints; counted round.
+        paint: u32,
+        /// Where it is put.
+        on: OnRoute,
+        /// Metres per second along its own forward.
+        speed: f64,
+        /// Whether it goes by its controls all the same.
+        manual: bool,
+    },
 }
 
 impl Spawn {
@@ -76,6 +94,14 @@ impl Spawn {
             #[cfg(feature = "vehicles")]
             Self::Vehicle { name, transform, kind, paint, controls, manual } => {
                 let others = (Name::new(name.clone()), *transform, *controls);
+                vec![super::vehicle_inputs::spawn(world, kind, *paint, *manual, others)]
+            }
+            #[cfg(feature = "vehicles")]
+            Self::Driver { name, kind, paint, on, speed, manual } => {
+                let routes = world.resource::<Routes>();
+                let (stands, (place, yaw)) = (routes.stand(on), routes.stand_at(on));
+                let motion = Motion { place, yaw, speed: *speed, ..Motion::default() };
+                let others = (Name::new(name.clone()), stands, motion, *on);
                 vec![super::vehicle_inputs::spawn(world, kind, *paint, *manual, others)]
             }
             Self::Sensor { name, transform, parent, sensor } => {
@@ -104,6 +130,8 @@ impl Spawn {
             Self::Light { transform, light, .. } => transform.is_finite() && light.is_sound(),
             #[cfg(feature = "vehicles")]
             Self::Vehicle { transform, controls, .. } => transform.is_finite() && controls.is_sound(),
+            #[cfg(feature = "vehicles")]
+            Self::Driver { on, speed, .. } => on.is_sound() && speed.is_finite(),
             Self::Sensor { transform, sensor, .. } => transform.is_finite() && sensor.check().is_ok(),
             Self::Copy { transform, .. } => transform.is_finite(),
         }

@@ -1,0 +1,88 @@
+"""Relief: a simulation renderer. Worlds of vehicles and lights, and sensors in them, as numpy arrays.
+
+>>> import relief
+>>> sim = relief.Sim()
+>>> car = sim.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
+>>> camera = car.add_camera("front", size=(64, 48), at=(0, 1.4, 1.8), outputs=("color", "depth"))
+>>> car.drive(throttle=0.4)
+>>> sim.step(10)
+10
+>>> sim.capture()["front"].depth.shape
+(48, 64)
+
+Lengths are metres, times seconds, angles radians unless a name says degrees. The world is right-handed with +Y up;
+vehicles have +Z forward and +X to the left. Pictures have rows from the top.
+"""
+
+from __future__ import annotations
+
+import pathlib
+
+from . import errors
+from ._relief import (
+    CameraBatch,
+    CameraCapture,
+    Capture,
+    Collisions,
+    Contact,
+    Entity,
+    GnssReading,
+    ImuReading,
+    LaneReading,
+    LidarCapture,
+    Light,
+    LightEntity,
+    Portal,
+    Recording,
+    Route,
+    Sensor,
+    Sim,
+    Vehicle,
+    adapter,
+    capture,
+    replay,
+    set_threads,
+    step,
+)
+from .errors import Error, ForkedError, GoneError, GpuError, OutputError, RecordingError, SceneError
+
+
+def assets() -> pathlib.Path:
+    """The folder of what comes with the package: ``field.ron``, the vehicle types and rigs of sensors."""
+    return pathlib.Path(__file__).resolve().parent / "assets"
+
+
+__all__ = [
+    "CameraBatch",
+    "CameraCapture",
+    "Capture",
+    "Collisions",
+    "Contact",
+    "Entity",
+    "Error",
+    "ForkedError",
+    "GnssReading",
+    "GoneError",
+    "GpuError",
+    "ImuReading",
+    "LaneReading",
+    "LidarCapture",
+    "Light",
+    "LightEntity",
+    "OutputError",
+    "Portal",
+    "Recording",
+    "RecordingError",
+    "Route",
+    "SceneError",
+    "Sensor",
+    "Sim",
+    "Vehicle",
+    "adapter",
+    "assets",
+    "capture",
+    "errors",
+    "replay",
+    "set_threads",
+    "step",
+]

@@ -1,0 +1,316 @@
+//! Entities of a world, as Python holds them: a world, and a number in it.
+
+use crate::errors::Outcome;
+use crate::light::LightEntity;
+use crate::portal::Portal;
+use crate::sensor::{CameraArguments, Sensor};
+use crate::values::{Facing, Numbers, Placing, Point, matrix, transform_of};
+use crate::vehicle::Vehicle;
+use crate::world::{Shared, World};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use relief::bevy_ecs::prelude::{ChildOf, Children};
+use relief::name;
+use relief::systems;
+use relief::systems::run::registry::StateId;
+use relief::systems::run::standard_inputs::{Despawn, Hide, SetTransform};
+use relief::systems::sensors::{Class, Classes};
+use relief::systems::space::{Hidden, Transform};
+use std::sync::Arc;
+
+/// Something in a world. It stays the same thing in snapshots, recordings and forks of the world: they know it by its
+/// id.
+#[pyclass(frozen, subclass, module = "relief")]
+pub struct Entity {
+    pub shared: Arc<Shared>,
+    pub id: StateId,
+}
+
+impl Entity {
+    pub fn new(shared: &Arc<Shared>, id: StateId) -> Self {
+        Self { shared: shared.clone(), id }
+    }
+
+    pub fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut World) -> Outcome<T> + Send) -> PyResult<T> {
+        self.shared.with(py, work)
+    }
+}
+
+/// What an entity is, as far as Python has a class for it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    Vehicle,
+    Light,
+    Sensor,
+    Portal,
+    Other,
+}
+
+impl World {
+    pub fn kind(&self, id: StateId) -> Outcome<Kind> {
+        let entity = self.simulation.world.entity(self.entity(id)?);
+        Ok(if entity.contains::<systems::vehicles::Vehicle>() {
+            Kind::Vehicle
+        } else if entity.contains::<systems::lights::Light>() {
+            Kind::Light
+        } else if entity.contains::<systems::sensors::Sensor>() {
+            Kind::Sensor
+        } else if entity.contains::<systems::cells::Portal>() {
+            Kind::Portal
+        } else {
+            Kind::Other
+        })
+    }
+
+    fn move_to(&mut self, id: StateId, change: impl FnOnce(Transform) -> Outcome<Transform>) -> Outcome<()> {
+        let now = self.component::<Transform>(id)?.unwrap_or_default();
+        let transform = change(now)?;
+        self.apply(SetTransform { entity: id, transform })
+    }
+
+    /// What counts from the origin of the world: places of what has no parent.
+    fn origin_of(&self, id: StateId) -> Outcome<relief::glam::DVec3> {
+        let is_top = self.simulation.world.get::<ChildOf>(self.entity(id)?).is_none();
+        Ok(if is_top { self.origin() } else { relief::glam::DVec3::ZERO })
+    }
+}
+
+/// As the class of its kind.
+pub fn wrap(py: Python<'_>, shared: &Arc<Shared>, id: StateId) -> PyResult<Py<PyAny>> {
+    let kind = shared.with(py, |world| world.kind(id))?;
+    wrap_as(py, shared, id, kind)
+}
+
+pub fn wrap_as(py: Python<'_>, shared: &Arc<Shared>, id: StateId, kind: Kind) -> PyResult<Py<PyAny>> {
+    let entity = PyClassInitializer::from(Entity::new(shared, id));
+    Ok(match kind {
+        Kind::Vehicle => Py::new(py, entity.add_subclass(Vehicle))?.into_any(),
+        Kind::Light => Py::new(py, entity.add_subclass(LightEntity))?.into_any(),
+        Kind::Sensor => Py::new(py, entity.add_subclass(Sensor))?.into_any(),
+        Kind::Portal => Py::new(py, entity.add_subclass(Portal))?.into_any(),
+        Kind::Other => Py::new(py, entity)?.into_any(),
+    })
+}
+
+#[pymethods]
+impl Entity {
+    /// Its number in pictures, boxes and files: 1 and up.
+    #[getter]
+    fn id(&self) -> u32 {
+        self.id.0 + 1
+    }
+
+    /// Its name; that of the nearest named thing above it where it has none.
+    #[getter]
+    fn name(&self, py: Python<'_>) -> PyResult<String> {
+        let id = self.id;
+        self.with(py, move |world| Ok(name::of_entity(&world.simulation.world, world.entity(id)?)))
+    }
+
+    /// Whether it is in its world.
+    #[getter]
+    fn alive(&self, py: Python<'_>) -> PyResult<bool> {
+        let id = self.id;
+        self.with(py, move |world| Ok(world.living(id).is_some()))
+    }
+
+    /// Where it is in what it is mounted on, else in the scene: float64 (3,), metres. Setting it moves it at once.
+    #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let id = self.id;
+        let place = self.with(py, move |world| {
+            let place = world.component::<Transform>(id)?.unwrap_or_default();
+            Ok(place.translation.as_dvec3() + world.origin_of(id)?)
+        })?;
+        Ok(place.to_array().to_vec().into_pyarray(py))
+    }
+
+    #[setter]
+    fn set_position(&self, py: Python<'_>, position: Point) -> PyResult<()> {
+        let id = self.id;
+        self.with(py, move |world| {
+            let translation = (position.vector() - world.origin_of(id)?).as_vec3();
+            world.move_to(id, |now| Ok(Transform { translation, ..now }))
+        })
+    }
+
+    /// From its own axes to those of what it is mounted on, else of the scene: float64 (4, 4). Setting it moves it at
+    /// once.
+    #[getter]
+    fn transform<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let id = self.id;
+        let place = self.with(py, move |world| {
+            let own = world.component::<Transform>(id)?.unwrap_or_default();
+            Ok(relief::glam::DAffine3::from_scale_rotation_translation(
+                own.scale.as_dvec3(),
+                own.rotation.as_dquat(),
+                own.translation.as_dvec3() + world.origin_of(id)?,
+            ))
+        })?;
+        Ok(matrix(py, &place))
+    }
+
+    #[setter]
+    fn set_transform(&self, py: Python<'_>, transform: Numbers<16>) -> PyResult<()> {
+        let id = self.id;
+        self.with(py, move |world| {
+            let mut place = transform_of(&transform.0)?;
+            place.translation = (place.translation.as_dvec3() - world.origin_of(id)?).as_vec3();
+            world.move_to(id, |_| Ok(place))
+        })
+    }
+
+    /// From its own axes to the scene's: float64 (4, 4).
+    #[getter]
+    fn world_from_entity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let id = self.id;
+        let place = self.with(py, move |world| Ok(world.scene_from(world.entity(id)?)))?;
+        Ok(matrix(py, &place))
+    }
+
+    /// Whether it, and what is below it, is not drawn.
+    #[getter]
+    fn hidden(&self, py: Python<'_>) -> PyResult<bool> {
+        let id = self.id;
+        self.with(py, move |world| Ok(world.component::<Hidden>(id)?.is_some()))
+    }
+
+    #[setter]
+    fn set_hidden(&self, py: Python<'_>, hidden: bool) -> PyResult<()> {
+        let id = self.id;
+        self.with(py, move |world| {
+            world.entity(id)?;
+            world.apply(Hide { entity: id, hidden })
+        })
+    }
+
+    /// The name of its semantic class; ``None`` where neither it nor anything above it has one.
+    #[getter]
+    fn class_(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let id = self.id;
+        self.with(py, move |world| {
+            let (mut at, own) = (Some(world.entity(id)?), &world.simulation.world);
+            while let Some(entity) = at {
+                if let Some(class) = own.get::<Class>(entity) {
+                    let known = own.resource::<Classes>().get(*class);
+                    return Ok(known.map(|info| info.name.clone()));
+                }
+                at = own.get::<ChildOf>(entity).map(ChildOf::parent);
+            }
+            Ok(None)
+        })
+    }
+
+    /// What it is mounted on; ``None``: nothing.
+    #[getter]
+    fn parent(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let id = self.id;
+        let parent = self.with(py, move |world| {
+            let parent = world.simulation.world.get::<ChildOf>(world.entity(id)?).map(ChildOf::parent);
+            Ok(parent.and_then(|parent| world.id(parent)))
+        })?;
+        parent.map(|parent| wrap(py, &self.shared, parent)).transpose()
+    }
+
+    /// What is directly below it.
+    #[getter]
+    fn children(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
+        let id = self.id;
+        let children = self.with(py, move |world| {
+            let children = world.simulation.world.get::<Children>(world.entity(id)?);
+            let children = children.into_iter().flat_map(|children| children.iter());
+            Ok(children.filter_map(|child| world.id(*child)).collect::<Vec<_>>())
+        })?;
+        children.into_iter().map(|child| wrap(py, &self.shared, child)).collect()
+    }
+
+    /// Takes it out of its world, with all that is below it. Nothing happens where it is gone.
+    fn despawn(&self, py: Python<'_>) -> PyResult<()> {
+        let id = self.id;
+        self.with(py, move |world| if world.living(id).is_some() { world.apply(Despawn(id)) } else { Ok(()) })
+    }
+
+    /// Puts it elsewhere at once: `at` in what it is mounted on, else in the scene, metres; turned by `yaw` to the left,
+    /// `pitch` up and `roll` with the right side down, radians. What looks along its own −Z (cameras and lights) looks
+    /// forward, along +Z, where these are 0.
+    #[pyo3(signature = (at, *, yaw=0.0, pitch=0.0, roll=0.0, look_at=None))]
+    fn place(
+        &self,
+        py: Python<'_>,
+        at: Point,
+        yaw: f64,
+        pitch: f64,
+        roll: f64,
+        look_at: Option<Point>,
+    ) -> PyResult<()> {
+        let id = self.id;
+        self.with(py, move |world| {
+            let placing = Placing::new(Some(at), (yaw, pitch, roll), look_at)?;
+            let sensor = world.component::<systems::sensors::Sensor>(id)?;
+            let is_camera = sensor.is_some_and(|own| matches!(own.kind, systems::sensors::SensorKind::Camera(_)));
+            let facing = if is_camera || world.kind(id)? == Kind::Light { Facing::Backward } else { Facing::Forward };
+            let origin = world.origin_of(id)?;
+            world.move_to(id, |now| Ok(Transform { scale: now.scale, ..placing.transform(origin, facing) }))
+        })
+    }
+
+    /// Mounts a camera on it; see `Sim.add_camera`.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_camera(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+        CameraArguments::read(arguments)?.add(py, &self.shared, name, Some(self.id))
+    }
+
+    /// Mounts a lidar on it; see `Sim.add_lidar`.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_lidar(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+        crate::sensor::add_lidar(py, &self.shared, name, Some(self.id), arguments)
+    }
+
+    /// Mounts an inertial measurement unit on it; see `Sim.add_imu`.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_imu(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+        crate::sensor::add_imu(py, &self.shared, name, Some(self.id), arguments)
+    }
+
+    /// Mounts a receiver of satellite navigation on it; see `Sim.add_gnss`.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_gnss(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+        crate::sensor::add_gnss(py, &self.shared, name, Some(self.id), arguments)
+    }
+
+    /// Has it tell what it touches; see `Collisions`.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_collision(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+        crate::sensor::add_collision(py, &self.shared, name, Some(self.id), arguments)
+    }
+
+    /// Has it tell where in a lane it is; see `LaneReading`.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_lane(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+        crate::sensor::add_lane(py, &self.shared, name, Some(self.id), arguments)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let id = self.id;
+        self.with(py, move |world| {
+            let Some(entity) = world.living(id) else { return Ok(format!("<entity {}, gone>", id.0 + 1)) };
+            let kind = format!("{:?}", world.kind(id)?).to_lowercase().replace("other", "entity");
+            Ok(format!("<{kind} {} {:?}>", id.0 + 1, name::of_entity(&world.simulation.world, entity)))
+        })
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| Arc::ptr_eq(&self.shared, &other.get().shared) && self.id == other.get().id)
+    }
+
+    fn __hash__(&self) -> u64 {
+        (Arc::as_ptr(&self.shared) as u64).rotate_left(17) ^ u64::from(self.id.0)
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyRuntimeError::new_err("entities cannot be pickled: they are of a world; use their names or ids"))
+    }
+}

@@ -1,0 +1,126 @@
+//! Several worlds at once: stepped on all threads, and captured together.
+
+use crate::camera::CameraBatch;
+use crate::device;
+use crate::errors::{Failure, Outcome};
+use crate::sim::{Sim, is_among};
+use crate::world::World;
+use pyo3::prelude::*;
+use relief::bevy_ecs::prelude::Entity;
+use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
+use relief::systems::ecs::parallel::map_in_parallel;
+use relief::systems::sensors::{Sensor, SensorKind};
+use std::sync::Arc;
+
+/// Does something with several worlds, in the order in which they are given, without the interpreter.
+fn with_all<T: Send>(
+    py: Python<'_>,
+    sims: &[Py<Sim>],
+    work: impl FnOnce(Vec<&mut World>) -> Outcome<T> + Send,
+) -> PyResult<T> {
+    device::check_process()?;
+    let shared: Vec<_> = sims.iter().map(|sim| sim.get().shared.clone()).collect();
+    for (i, own) in shared.iter().enumerate() {
+        if shared[..i].iter().any(|before| Arc::ptr_eq(before, own)) {
+            return Err(Failure::value("expected every world once").into());
+        }
+    }
+    Ok(py.detach(|| {
+        // In the same order everywhere, lest two calls wait for each other.
+        let mut order: Vec<usize> = (0..shared.len()).collect();
+        order.sort_by_key(|&i| Arc::as_ptr(&shared[i]));
+        let mut locked: Vec<_> = order.iter().map(|&i| (i, shared[i].lock())).collect();
+        locked.sort_by_key(|(i, _)| *i);
+        work(locked.iter_mut().map(|(_, world)| &mut **world).collect())
+    })?)
+}
+
+/// Takes so many steps of every world, several worlds at a time. Results are the same as one after the other. Returns
+/// the numbers of steps done. Raises what `Sim.step` raises, of the first world that does.
+#[pyfunction]
+#[pyo3(signature = (sims, n=1))]
+pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: u64) -> PyResult<Vec<u64>> {
+    if n > 1 << 32 {
+        return Err(Failure::value(format!("n: expected at most 2^32 steps, found {n}")).into());
+    }
+    with_all(py, &sims, |worlds| {
+        map_in_parallel(worlds.into_iter(), |world| world.step(n)).into_iter().collect::<Outcome<Vec<u64>>>()
+    })
+}
+
+/// The pictures of the same camera of several worlds, whether it is due or not: arrays with the worlds as their first
+/// axis. The bits of a picture do not depend on the other worlds. Raises KeyError where a world has no such camera,
+/// ValueError where they differ in size or outputs, GpuError.
+#[pyfunction]
+#[pyo3(signature = (sims, sensor))]
+pub fn capture(py: Python<'_>, sims: Vec<Py<Sim>>, sensor: String) -> PyResult<CameraBatch> {
+    let (captures, steps) = with_all(py, &sims, |worlds| {
+        let mut cameras = Vec::with_capacity(worlds.len());
+        let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
+        for (i, world) in worlds.into_iter().enumerate() {
+            steps.push(world.step_number());
+            looked_at.push([camera(world, &sensor).map_err(|failure| failure.of_world(i))?]);
+            cameras.push(world);
+        }
+        let wanted = looked_at.iter().map(|camera| Wanted::Look(camera));
+        let captures = World::capture_all(cameras.into_iter().zip(wanted).collect())?;
+        let pictures =
+            captures.into_iter().flat_map(|capture| capture.sensors).filter_map(|sensor| match sensor.data {
+                SensorData::Camera(camera) => Some(camera),
+                _ => None,
+            });
+        let pictures: Vec<CameraCapture> = pictures.collect();
+        if let Some(first) = pictures.first() {
+            let of = |own: &CameraCapture| (own.width, own.height, own.outputs);
+            if let Some(i) = pictures.iter().position(|own| of(own) != of(first)) {
+                let message = format!("world {i}: expected a camera of the size and outputs of that of world 0");
+                return Err(Failure::value(message));
+            }
+        }
+        Ok((pictures, steps))
+    })?;
+    CameraBatch::new(py, captures, steps)
+}
+
+/// The only camera of that name.
+fn camera(world: &mut World, name: &str) -> Outcome<Entity> {
+    let names = [name.to_owned()];
+    let all = sensor_names(&mut world.simulation.world);
+    let found: Vec<_> = all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
+    let [only] = found[..] else {
+        return Err(Failure::Name(format!("expected one sensor {name:?}, found {}", found.len())));
+    };
+    let sensor = world.simulation.world.get::<Sensor>(only);
+    match sensor.map(|sensor| &sensor.kind) {
+        Some(SensorKind::Camera(_)) => Ok(only),
+        _ => Err(Failure::value(format!("expected {name:?} to be a camera"))),
+    }
+}
+
+/// Plays a recording to its end and compares every step. Returns the world as it ended. `scene`: its file, if it has
+/// moved since. Raises RecordingError at the first step that comes out otherwise, SceneError.
+#[pyfunction]
+#[pyo3(signature = (recording, *, scene=None))]
+pub fn replay(py: Python<'_>, recording: std::path::PathBuf, scene: Option<std::path::PathBuf>) -> PyResult<Sim> {
+    device::check_process()?;
+    let world = py.detach(|| World::replay(&recording, scene.as_deref()))?;
+    Ok(Sim::of(world))
+}
+
+/// The graphics adapter that this process draws with: its name, kind and backend. Opens it if nothing has. Raises
+/// GpuError, ForkedError.
+#[pyfunction]
+pub fn adapter(py: Python<'_>) -> PyResult<String> {
+    Ok(py.detach(|| device::with_drawing(|drawing| Ok(drawing.gpu().name())))?)
+}
+
+/// How many threads the steps of worlds are shared out over; counts before the first world only.
+#[pyfunction]
+pub fn set_threads(threads: usize) -> PyResult<()> {
+    device::check_process()?;
+    if !(1..=1024).contains(&threads) {
+        return Err(Failure::value(format!("threads: expected 1 to 1024, found {threads}")).into());
+    }
+    relief::systems::set_threads(Some(threads));
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! Routes and signals of a world, as data.
+
+use crate::world::World;
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2};
+use pyo3::prelude::*;
+use relief::glam::DVec3;
+use relief::systems::vehicles::routes::Routes;
+use relief::systems::vehicles::signals::{Aspect, Signals};
+
+/// A road to follow.
+#[pyclass(frozen, module = "relief")]
+pub struct Route {
+    /// Its name.
+    #[pyo3(get)]
+    name: String,
+    /// Of its centre line, metres.
+    #[pyo3(get)]
+    length: f64,
+    /// How many lanes it has.
+    #[pyo3(get)]
+    lanes: u8,
+    /// Metres from the middle of a lane to that of the next.
+    #[pyo3(get)]
+    lane_width: f32,
+    /// Whether the end is the beginning.
+    #[pyo3(get)]
+    closed: bool,
+    /// Of the scene's limit at its beginning, m/s.
+    #[pyo3(get)]
+    speed_limit: f32,
+    /// The names of the routes that may follow.
+    #[pyo3(get)]
+    then: Vec<String>,
+    route: relief::systems::vehicles::routes::Route,
+    offsets: Vec<f32>,
+    origin: DVec3,
+}
+
+#[pymethods]
+impl Route {
+    /// Points of a lane, or of the centre line where none is given, so many metres along the centre line, in the scene's
+    /// coordinates: float64 (N, 3).
+    #[pyo3(signature = (along, lane=None))]
+    fn points<'py>(
+        &self,
+        py: Python<'py>,
+        along: Vec<f64>,
+        lane: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let left = match lane {
+            None => 0.0,
+            Some(lane) => *self.offsets.get(lane).ok_or_else(|| {
+                pyo3::exceptions::PyValueError::new_err(format!(
+                    "lane: expected less than {}, found {lane}",
+                    self.lanes
+                ))
+            })?,
+        };
+        let points: Vec<DVec3> = along.iter().map(|&at| self.route.place(at).beside(left) + self.origin).collect();
+        Ok(Array2::from_shape_fn((points.len(), 3), |(point, axis)| points[point][axis]).into_pyarray(py))
+    }
+
+    /// How it goes there: radians about +Y, 0 along +Z, left positive.
+    fn yaw(&self, along: f64) -> f64 {
+        let tangent = self.route.place(along).tangent.as_dvec2();
+        tangent.x.atan2(tangent.y)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<route {:?}, {:.1} m, {} lanes>", self.name, self.length, self.lanes)
+    }
+}
+
+impl World {
+    pub fn routes(&self) -> Vec<Route> {
+        let routes = self.simulation.world.resource::<Routes>();
+        let name = |id| routes.get(id).map_or_else(String::new, |route| route.plan.name.clone());
+        let described = |route: &relief::systems::vehicles::routes::Route| Route {
+            name: route.plan.name.clone(),
+            length: route.length,
+            lanes: route.lanes(),
+            lane_width: route.lane_width(),
+            closed: route.closed,
+            speed_limit: route.plan.speed_limit,
+            then: route.then.iter().map(|next| name(next.id)).collect(),
+            offsets: (0..route.lanes()).map(|lane| routes.offset(route, lane)).collect(),
+            origin: self.origin(),
+            route: route.clone(),
+        };
+        routes.iter().map(|(_, route)| described(route)).collect()
+    }
+
+    /// Names of signals, and what each of their groups shows and for how many seconds still.
+    pub fn signals(&self) -> Vec<(String, Vec<(&'static str, f32)>)> {
+        let signals = self.simulation.world.resource::<Signals>();
+        let aspect = |group: &(Aspect, f32)| {
+            let name = match group.0 {
+                Aspect::Red => "red",
+                Aspect::Amber => "amber",
+                Aspect::Green => "green",
+            };
+            (name, group.1)
+        };
+        let mut heads = signals.heads().iter().map(aspect);
+        let of = |signal: &relief::systems::vehicles::signals::Signal| {
+            (signal.name.clone(), heads.by_ref().take(signal.green.len()).collect())
+        };
+        signals.iter().map(of).collect()
+    }
+}

@@ -1,0 +1,194 @@
+//! Vehicles.
+
+use crate::entity::Entity;
+use crate::errors::Failure;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use relief::name;
+use relief::systems::run::registry::StateId;
+use relief::systems::run::standard_inputs::{Drive, SetManualControl};
+use relief::systems::vehicles;
+use relief::systems::vehicles::routes::Routes;
+use relief::systems::vehicles::{Controls, Headlights, Indicator, ManualControl, Motion, OnRoute, VehicleTypes};
+
+/// Head lamps by name.
+pub const HEADLIGHTS: [(&str, Headlights); 3] =
+    [("off", Headlights::Off), ("low", Headlights::Low), ("high", Headlights::High)];
+/// Indicators by name.
+const INDICATORS: [(&str, Indicator); 4] =
+    [("off", Indicator::Off), ("left", Indicator::Left), ("right", Indicator::Right), ("hazard", Indicator::Hazard)];
+
+/// A vehicle: its origin is on the ground below the middle of its rear axle, +Z forward, +X left, +Y up.
+#[pyclass(frozen, extends = Entity, module = "relief")]
+pub struct Vehicle;
+
+#[pymethods]
+impl Vehicle {
+    /// The name of its type.
+    #[getter]
+    fn type_(own: PyRef<'_, Self>) -> PyResult<String> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        entity.with(py, move |world| {
+            let vehicle = world.component::<vehicles::Vehicle>(id)?;
+            let types = world.simulation.world.resource::<VehicleTypes>();
+            Ok(vehicle.map_or_else(String::new, |vehicle| types.get(vehicle.kind).name.clone()))
+        })
+    }
+
+    /// Metres per second along its own forward; negative in reverse.
+    #[getter]
+    fn speed(own: PyRef<'_, Self>) -> PyResult<f64> {
+        motion(&own, |motion| motion.speed)
+    }
+
+    /// Of its speed, m/s².
+    #[getter]
+    fn acceleration(own: PyRef<'_, Self>) -> PyResult<f64> {
+        motion(&own, |motion| motion.acceleration.into())
+    }
+
+    /// Radians about the world's +Y, 0 along +Z, left positive.
+    #[getter]
+    fn yaw(own: PyRef<'_, Self>) -> PyResult<f64> {
+        motion(&own, |motion| motion.yaw)
+    }
+
+    /// Of the front wheels, radians, left positive.
+    #[getter]
+    fn steering(own: PyRef<'_, Self>) -> PyResult<f64> {
+        motion(&own, |motion| motion.steering.into())
+    }
+
+    /// Metres along its own forward since it came to be.
+    #[getter]
+    fn rolled(own: PyRef<'_, Self>) -> PyResult<f64> {
+        motion(&own, |motion| motion.rolled)
+    }
+
+    /// The name of the route that it follows; ``None``: it has none.
+    #[getter]
+    fn route(own: PyRef<'_, Self>) -> PyResult<Option<String>> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        entity.with(py, move |world| {
+            let on = world.component::<OnRoute>(id)?;
+            let routes = world.simulation.world.resource::<Routes>();
+            Ok(on.and_then(|on| Some(routes.get(on.route)?.plan.name.clone())))
+        })
+    }
+
+    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route.
+    #[getter]
+    fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u8>> {
+        on_route(&own, |on| on.lane)
+    }
+
+    /// Metres along its route's centre line from its beginning; ``None`` without a route.
+    #[getter]
+    fn along(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
+        on_route(&own, |on| on.at)
+    }
+
+    /// Metres from the middle of the lane that it is in or changes to, left positive; ``None`` without a route.
+    #[getter]
+    fn offset(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        entity.with(py, move |world| {
+            let on = world.component::<OnRoute>(id)?.zip(world.component::<Motion>(id)?);
+            let routes = world.simulation.world.resource::<Routes>();
+            Ok(on.and_then(|(on, motion)| {
+                let route = routes.get(on.route)?;
+                let centre = route.place(on.at);
+                let left = centre.left();
+                let off = motion.place - centre.position;
+                let aside = off.x * f64::from(left.x) + off.z * f64::from(left.y);
+                Some(aside - f64::from(routes.offset(route, on.lane)))
+            }))
+        })
+    }
+
+    /// Whether it goes by `drive` even where it has a route. Setting it to ``False`` lets its route have it.
+    #[getter]
+    fn by_hand(own: PyRef<'_, Self>) -> PyResult<bool> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        entity.with(py, move |world| Ok(world.component::<ManualControl>(id)?.is_some()))
+    }
+
+    #[setter]
+    fn set_by_hand(own: PyRef<'_, Self>, by_hand: bool) -> PyResult<()> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        entity.with(py, move |world| {
+            world.entity(id)?;
+            world.apply(SetManualControl { vehicle: id, manual: by_hand })
+        })
+    }
+
+    /// What is asked of it: a dict with `throttle`, `brake`, `steer`, `headlights` and `indicator`.
+    #[getter]
+    fn controls<'py>(own: PyRef<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let py = own.py();
+        let (entity, id) = (own.as_super(), own.as_super().id);
+        let controls = entity.with(py, move |world| Ok(world.component::<Controls>(id)?.unwrap_or_default()))?;
+        let dict = PyDict::new(py);
+        dict.set_item("throttle", controls.throttle)?;
+        dict.set_item("brake", controls.brake)?;
+        dict.set_item("steer", controls.steer)?;
+        dict.set_item("headlights", name::of(&HEADLIGHTS, controls.headlights))?;
+        dict.set_item("indicator", name::of(&INDICATORS, controls.indicator))?;
+        Ok(dict)
+    }
+
+    /// Asks for something under manual control; what is not given stays. `throttle`: 0 to 1 of its acceleration, −1 to 0
+    /// in reverse. `brake`: 0 to 1 of its hardest braking. `steer`: −1 to 1 of its largest steering angle, left
+    /// positive. `headlights`: "off", "low" or "high". `indicator`: "off", "left", "right" or "hazard".
+    #[pyo3(signature = (*, throttle=None, brake=None, steer=None, headlights=None, indicator=None))]
+    fn drive(
+        own: PyRef<'_, Self>,
+        throttle: Option<f32>,
+        brake: Option<f32>,
+        steer: Option<f32>,
+        headlights: Option<&str>,
+        indicator: Option<&str>,
+    ) -> PyResult<()> {
+        let (py, entity) = (own.py(), own.as_super());
+        let headlights = headlights.map(|wanted| name::find("headlights", &HEADLIGHTS, wanted));
+        let headlights = headlights.transpose().map_err(Failure::Value)?;
+        let indicator = indicator.map(|wanted| name::find("indicator", &INDICATORS, wanted));
+        let indicator = indicator.transpose().map_err(Failure::Value)?;
+        for (name, value, least) in [("throttle", throttle, -1.0), ("brake", brake, 0.0), ("steer", steer, -1.0)] {
+            if let Some(value) = value.filter(|value| !(least..=1.0).contains(value)) {
+                return Err(
+                    Failure::value(format!("{name}: expected a number from {least} to 1, found {value}")).into()
+                );
+            }
+        }
+        let id = entity.id;
+        entity.with(py, move |world| {
+            let now = world.component::<Controls>(id)?.unwrap_or_default();
+            let controls = Controls {
+                throttle: throttle.unwrap_or(now.throttle),
+                brake: brake.unwrap_or(now.brake),
+                steer: steer.unwrap_or(now.steer),
+                headlights: headlights.unwrap_or(now.headlights),
+                indicator: indicator.unwrap_or(now.indicator),
+            };
+            world.apply(Drive { vehicle: id, controls })
+        })
+    }
+}
+
+fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -> PyResult<f64> {
+    let entity: &Entity = own.as_super();
+    let id: StateId = entity.id;
+    entity.with(own.py(), move |world| Ok(value(&world.component::<Motion>(id)?.unwrap_or_default())))
+}
+
+fn on_route<T: Send>(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&OnRoute) -> T + Send) -> PyResult<Option<T>> {
+    let entity: &Entity = own.as_super();
+    let id: StateId = entity.id;
+    entity.with(own.py(), move |world| Ok(world.component::<OnRoute>(id)?.as_ref().map(value)))
+}

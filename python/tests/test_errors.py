@@ -1,0 +1,141 @@
+"""Errors: their types, their words, and a process that is forked."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+import relief
+
+
+def test_a_scene_with_faults_names_them_all(tmp_path):
+    path = tmp_path / "broken.ron"
+    path.write_text('(\n    entities: [\n        (mesh: "none"),\n        (light: point(intensity: -1)),\n    ],\n)\n')
+    with pytest.raises(relief.SceneError) as caught:
+        relief.Sim(path)
+    error = caught.value
+    assert isinstance(error, ValueError) and isinstance(error, relief.Error)
+    assert error.path == str(path) and error.line == 3 and error.column > 1
+    assert error.field == "entities[0].mesh"
+    assert len(error.problems) == 2 and error.problems[0] in str(error) and "1 more problem" in str(error)
+    assert str(error).startswith(f"{path}:3:{error.column}: entities[0].mesh: unknown mesh")
+
+
+def test_a_scene_that_is_not_there(tmp_path):
+    with pytest.raises(relief.SceneError, match="No such file") as caught:
+        relief.Sim(tmp_path / "none.ron")
+    assert caught.value.line is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"outputs": ("colour",)}, r'unknown output "colour" \(did you mean "color"\?\)'),
+        ({"outputs": ()}, "outputs: expected at least one output"),
+        ({"size": (0, 4)}, "size: expected pixels from 1 to 16384, found 0"),
+        ({"samples": 3}, "samples: expected 1 or 4, found 3"),
+        ({"K": (1, 2, 3)}, "K: expected"),
+        ({"K": (50, 50, 8, 8), "fov_y_degrees": 60}, "expected one of K, fov_y_degrees and half_height"),
+        ({"fov_y_degrees": 180}, "fov_y: expected degrees"),
+        ({"every": 2, "phase": 2}, "phase: expected less than every, which is 2, found 2"),
+        ({"near": -1}, "near: expected metres"),
+        ({"at": (float("nan"), 0, 0)}, "expected finite numbers, found (nan|NaN)"),
+        ({"at": (0, 0)}, "expected 3 numbers, found 2"),
+        ({"look_at": (0, 0, 0)}, "look_at: expected another point than at"),
+    ],
+)
+def test_cameras_that_are_refused(field, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        field.add_camera("camera", **arguments)
+    assert field.sensors == []
+
+
+def test_arguments_that_are_refused(field):
+    with pytest.raises(TypeError, match="unexpected argument sise; did you mean size?"):
+        field.add_camera("camera", sise=(4, 4))
+    with pytest.raises(ValueError, match=r'unknown vehicle type "trcuk" \(did you mean "truck"\?\)'):
+        field.spawn_vehicle("trcuk", at=(0, 0, 0))
+    with pytest.raises(ValueError, match="expected one of at and route"):
+        field.spawn_vehicle("car")
+    with pytest.raises(ValueError, match="unknown route"):
+        field.spawn_vehicle("car", route="main")
+    car = field.spawn_vehicle("car", at=(0, 0, 0), name="ego")
+    with pytest.raises(ValueError, match="throttle: expected a number from -1 to 1, found 2"):
+        car.drive(throttle=2)
+    with pytest.raises(ValueError, match="unknown headlights"):
+        car.drive(headlights="dim")
+    with pytest.raises(KeyError, match="did you mean"):
+        field["egon"]
+    with pytest.raises(ValueError, match="unknown beams"):
+        car.add_lidar("top", beams="vlp17")
+    with pytest.raises(ValueError, match="geo_origin"):
+        car.add_gnss("gnss")
+    with pytest.raises(ValueError, match="color: expected"):
+        relief.Light.point(1, color="red")
+    with pytest.raises(ValueError, match="like: expected an entity that the scene began with"):
+        field.spawn_mesh(car, at=(0, 0, 0))
+    with pytest.raises(relief.GoneError):
+        field.entity(100_000)
+    with pytest.raises(OverflowError):
+        field.step(-1)
+
+
+def test_what_cannot_be_written(field, tmp_path):
+    with pytest.raises(relief.OutputError) as caught:
+        field.record(tmp_path / "none" / "run.rec")
+    assert isinstance(caught.value, OSError)
+    with pytest.raises(relief.RecordingError):
+        relief.replay(tmp_path / "none.rec")
+
+
+def test_an_output_that_a_camera_does_not_give(field):
+    field.add_camera("camera", size=(8, 8), outputs=("depth",), at=(0, 1, 0))
+    capture = field.capture()
+    with pytest.raises(AttributeError, match='does not give "color"; its outputs are: depth'):
+        capture["camera"].color
+    with pytest.raises(KeyError):
+        capture["camera"]["color"]
+    with pytest.raises(KeyError, match="did you mean"):
+        capture["camra"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_raises_and_does_not_hang():
+    program = """
+        import os, sys, relief
+        sim = relief.Sim()
+        camera = sim.add_camera("camera", size=(8, 8), at=(0, 1, 0))
+        sim.capture()
+        child = os.fork()
+        if child == 0:
+            code = 0
+            for what in (sim.step, sim.capture, relief.Sim, relief.adapter, lambda: sim.entities, lambda: camera.name):
+                try:
+                    what()
+                    code = 1
+                except relief.ForkedError as error:
+                    if "spawn" not in str(error):
+                        code = 2
+            os._exit(code)
+        _, status = os.waitpid(child, 0)
+        sim.step()
+        sys.exit(os.waitstatus_to_exitcode(status))
+    """
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", textwrap.dedent(program)], timeout=120)
+    assert done.returncode == 0
+
+
+def worlds_hash(seed):
+    sim = relief.Sim(seed=seed)
+    sim.spawn_vehicle("car", at=(0, 0, 0), speed=3)
+    sim.step(10)
+    return sim.hash()
+
+
+def test_processes_that_are_spawned_agree():
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        first, second = pool.map(worlds_hash, [1, 1])
+    assert first == second == worlds_hash(1)

@@ -1,0 +1,246 @@
+"""Worlds: what is spawned, changed and driven; steps, hashes, snapshots, forks and recordings."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import relief
+
+
+def test_a_vehicle_is_driven_by_hand(field):
+    car = field.spawn_vehicle("car", at=(1, 0, 5), yaw=0.5, name="ego", by_hand=True)
+    assert isinstance(car, relief.Vehicle) and field["ego"] == car and "ego" in field
+    assert car.type_ == "car" and car.alive and car.class_ == "car" and car.by_hand
+    np.testing.assert_allclose(car.position, [1, 0, 5])
+    assert car.yaw == pytest.approx(0.5, abs=1e-6)
+    car.drive(throttle=0.5)
+    assert field.step(60) == 60 and field.steps == 60
+    assert field.seconds == pytest.approx(60 * field.step_seconds)
+    assert car.speed > 0.5
+    # It goes the way that it looks: yaw is about +Y, 0 along +Z, left (+X) positive.
+    way = car.position - [1, 0, 5]
+    assert np.arctan2(way[0], way[2]) == pytest.approx(0.5, abs=1e-3)
+    car.drive(throttle=0.0, brake=1.0)
+    field.step(120)
+    assert car.speed == pytest.approx(0, abs=1e-3)
+    assert car.controls["brake"] == 1 and car.controls["headlights"] == "low"
+
+
+def test_lights_are_spawned_and_changed(field):
+    lamp = field.spawn_light(relief.Light.point(intensity=4, range=12, color="#ff8000"), at=(1.5, 2, 1.5), name="lamp")
+    assert lamp.kind == "point" and lamp.intensity == 4 and lamp.range == 12
+    # sRGB 0x80 is linear 0.2158.
+    np.testing.assert_allclose(lamp.color, (1, 0.21586, 0), atol=1e-4)
+    lamp.intensity = 6
+    lamp.color = (0.1, 0.2, 0.3)
+    lamp.enabled = False
+    assert lamp.intensity == 6 and not lamp.enabled
+    np.testing.assert_allclose(lamp.color, (0.1, 0.2, 0.3))
+    lamp.change(relief.Light.spot(2, 5, outer_degrees=20))
+    assert lamp.kind == "spot" and lamp.enabled
+    assert lamp in field.lights
+
+
+def test_meshes_are_copied_and_moved(field):
+    box = field.spawn_mesh("box", at=(0, 1, 20), yaw=0.3, scale=(2, 1, 4), name="wall")
+    np.testing.assert_allclose(box.position, [0, 1, 20])
+    box.position = (1, 2, 3)
+    matrix = box.transform
+    np.testing.assert_allclose(matrix[:3, 3], [1, 2, 3])
+    np.testing.assert_allclose(np.linalg.norm(matrix[:3, :3], axis=0), [2, 1, 4], rtol=1e-6)
+    matrix[0, 3] = 9
+    box.transform = matrix
+    np.testing.assert_allclose(box.transform, matrix, atol=1e-6)
+    assert not box.hidden
+    box.hidden = True
+    assert box.hidden
+    box.despawn()
+    assert not box.alive
+    with pytest.raises(relief.GoneError, match="is gone from its world"):
+        box.position
+
+
+def test_what_is_mounted_moves_with_what_it_is_on(field):
+    car = field.spawn_vehicle("car", at=(0, 0, 0), yaw=np.pi / 2)
+    camera = car.add_camera("front", at=(0, 1.5, 2))
+    assert camera.parent == car and camera in car.children and camera in field.sensors
+    # Forward of a car that looks along +X.
+    np.testing.assert_allclose(camera.world_from_entity[:3, 3], [2, 1.5, 0], atol=1e-6)
+    # A camera's entity looks along its own -Z.
+    np.testing.assert_allclose(-camera.world_from_entity[:3, 2], [1, 0, 0], atol=1e-6)
+
+
+def test_equal_runs_have_equal_hashes(road):
+    other = road.fresh()
+    assert road.hash() == other.hash()
+    road.step(100)
+    assert road.hash() != other.hash()
+    other.step(100)
+    assert road.hash() == other.hash()
+    assert road.fresh(seed=8).hash() != road.fresh(seed=9).hash()
+
+
+def test_several_worlds_are_stepped_as_one_by_one(road):
+    worlds = [road.fresh(seed=i) for i in range(4)]
+    plain = [road.fresh(seed=i) for i in range(4)]
+    assert relief.step(worlds, 50) == [50] * 4
+    for world in plain:
+        world.step(50)
+    assert [w.hash() for w in worlds] == [w.hash() for w in plain]
+    with pytest.raises(ValueError, match="every world once"):
+        relief.step([road, road])
+
+
+def test_a_snapshot_is_restored_in_place(road):
+    ego = road.spawn_vehicle("van", route="main", lane=1, along=3, speed=5, by_hand=True)
+    road.step(30)
+    shot, then = road.snapshot(), road.hash()
+    later = road.spawn_vehicle("car", at=(30, 0, 0))
+    ego.drive(throttle=1)
+    road.step(30)
+    gone = road["crate"]
+    road.restore(shot)
+    assert road.hash() == then and road.steps == 30
+    assert ego.alive and not later.alive
+    # What the scene began with comes back, too.
+    gone.despawn()
+    assert not gone.alive
+    road.restore(shot)
+    assert gone.alive and road.hash() == then
+    # And what was spawned.
+    ego.despawn()
+    road.restore(shot)
+    assert ego.alive and ego.speed > 0 and road.hash() == then
+    road.step(10)
+    fork = road.fork()
+    road.restore(shot)
+    road.step(10)
+    assert road.hash() == fork.hash()
+
+
+def test_a_snapshot_of_another_scene_or_seed(road, field):
+    other = road.fresh(seed=99)
+    other.step(5)
+    shot, hash_ = other.snapshot(), other.hash()
+    road.restore(shot)
+    assert road.seed == 99 and road.hash() == hash_
+    before = field.hash()
+    with pytest.raises(relief.RecordingError, match="made with another scene"):
+        field.restore(shot)
+    for broken in (b"", b"nonsense", shot[:-3], shot[:50], shot[:60] + b"x" + shot[61:]):
+        with pytest.raises(relief.RecordingError):
+            road.restore(broken)
+    assert field.hash() == before and road.hash() == hash_
+
+
+def test_a_fork_goes_its_own_way(road):
+    road.step(20)
+    other = road.fork()
+    assert other.hash() == road.hash() and other.steps == 20
+    vehicle = road.vehicles[0]
+    same = other.entity(vehicle.id)
+    np.testing.assert_array_equal(vehicle.position, same.position)
+    assert vehicle != same
+    other.step(30)
+    np.testing.assert_allclose(road.fork().vehicles[0].position, vehicle.position)
+    road.step(30)
+    assert other.hash() == road.hash()
+
+
+def test_a_run_is_recorded_and_replayed(road, tmp_path):
+    path = tmp_path / "run.rec"
+    lamp = road.spawn_light(relief.Light.point(1), at=(0, 3, 0))
+    with road.record(path):
+        ego = road.spawn_vehicle("car", at=(20, 0, 0), by_hand=True)
+        ego.drive(throttle=0.7, steer=0.2)
+        road.step(60)
+        lamp.intensity = 3
+        ego.drive(brake=1, throttle=0)
+        road.step(60)
+        with pytest.raises(ValueError, match="not while the run is recorded"):
+            road.reset()
+        with pytest.raises(relief.RecordingError, match="being recorded"):
+            road.record(tmp_path / "other.rec")
+    again = relief.replay(path)
+    assert again.hash() == road.hash() and again.steps == 120
+    # A seed of the run's own.
+    other = road.fresh(seed=1234)
+    path = tmp_path / "seeded.rec"
+    with other.record(path):
+        other.step(70)
+    assert relief.replay(path).hash() == other.hash()
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 255
+    path.write_bytes(bytes(data))
+    with pytest.raises(relief.RecordingError, match="corrupt"):
+        relief.replay(path)
+
+
+def test_a_run_is_reset(road):
+    begun = road.hash()
+    road.spawn_vehicle("car", at=(50, 0, 0))
+    road.step(10)
+    road.reset()
+    assert road.hash() == begun and road.steps == 0
+    road.reset(seed=5)
+    assert road.seed == 5 and road.hash() == road.fresh(seed=5).hash()
+    road.reload()
+    assert road.seed == 5
+
+
+def test_routes_and_signals(road):
+    (route,) = road.routes
+    assert route.name == "main" and route.lanes == 2 and not route.closed and route.then == ["main"]
+    assert route.length == pytest.approx(400, abs=0.1)
+    points = route.points([0, 100.0], lane=0)
+    assert points.shape == (2, 3)
+    np.testing.assert_allclose(points[1] - points[0], [0, 0, 100], atol=1e-3)
+    assert route.yaw(50) == pytest.approx(0, abs=1e-6)
+    assert road.signals == {"crossing": [("green", 10.0), ("red", 15.0)]}
+    vehicle = road.spawn_vehicle("car", route="main", lane=1, along=50)
+    assert vehicle.route == "main" and vehicle.lane == 1 and vehicle.offset == pytest.approx(0, abs=1e-3)
+    assert vehicle.along == pytest.approx(50)
+
+
+def test_doors_are_opened():
+    from conftest import SCENES
+
+    rooms = relief.Sim(SCENES / "rooms.ron")
+    door = rooms.portals[0]
+    door.open = 0.25
+    rooms.step()
+    assert door.open == 0.25
+    with pytest.raises(ValueError, match="set portal"):
+        door.open = 2
+
+
+def test_another_thread_runs_while_steps_are_taken(road):
+    counted = 0
+    done = threading.Event()
+
+    def count():
+        nonlocal counted
+        while not done.is_set():
+            counted += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    road.step(500)
+    done.set()
+    thread.join()
+    assert counted > 10
+
+
+def test_threads_share_a_world(road):
+    threads = [threading.Thread(target=road.step, args=(20,)) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert road.steps == 80
+    other = road.fresh()
+    other.step(80)
+    assert road.hash() == other.hash()
