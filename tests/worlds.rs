@@ -1,4 +1,5 @@
-//! Several worlds on one device: copies of a world share what is uploaded, and their cameras are drawn together.
+//! Several worlds with one renderer: those with the same library share what is uploaded of it, and cameras of all are
+//! drawn together.
 
 mod common;
 
@@ -7,19 +8,20 @@ use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sensors::{Capture, SensorSuite, capture_worlds};
+use relief::renderer::{Gpu, Renderer, Settings, ViewBatches, ViewPlan};
+use relief::sensors::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
 use systems::Simulation;
-use systems::assets::{Image, ImageId, ImageKind, Library, Map, Material, MaterialId, MeshId, shapes};
+use systems::assets::{Image, ImageId, ImageKind, Library, Map, Material, MaterialId, MeshEntry, MeshId, shapes};
 use systems::draw::{Camera, Environment, ToneMap, View};
 use systems::lights::Light;
 use systems::run::registry::register_all;
 use systems::sensors::{CameraOutput, CameraSensor, Sensor};
 use systems::space::{GlobalTransform, Transform};
 
-/// A world, and what its library has. All such worlds' libraries are copies of each other.
+/// A world, and what its library has.
 struct World {
     simulation: Simulation,
+    sensors: WorldSensors,
     mesh: MeshId,
     image: ImageId,
     objects: Vec<Entity>,
@@ -30,11 +32,19 @@ fn checks(size: u32, [r, g, b]: [u8; 3]) -> Image {
     Image::rgba8("checks", size, size, ImageKind::Color, texels.collect())
 }
 
-/// Objects, a lamp and a sun with shadows, and cameras of two sizes. `seed`: where they are, which of them come first,
-/// and the tone map.
-fn world(seed: u64) -> World {
-    let mut simulation = Simulation::new();
-    let mut library = simulation.world.resource_mut::<Library>();
+/// What worlds are made of.
+struct Stock {
+    library: Library,
+    mesh: MeshId,
+    sphere: MeshId,
+    mapped: MaterialId,
+    other: MaterialId,
+    plain: MaterialId,
+    image: ImageId,
+}
+
+fn stock() -> Stock {
+    let mut library = Simulation::new().world.remove_resource::<Library>().expect("every world has one");
     let mesh = library.add_mesh(shapes::cube(Vec3::ONE));
     let sphere = library.add_mesh(shapes::sphere(0.5, 24, 16));
     let image = library.add_image(checks(8, [200, 40, 40]));
@@ -43,11 +53,21 @@ fn world(seed: u64) -> World {
     let other = library.add_material(Material { base_map: Some(Map::new(large)), ..Material::default() });
     let glass = Material { base_factor: Vec4::new(0.3, 0.6, 0.9, 0.5), ..Material::default() };
     let plain = library.add_material(glass);
+    library.unfinished_meshes().for_each(MeshEntry::finish);
+    Stock { library, mesh, sphere, mapped, other, plain, image }
+}
+
+/// Objects, a lamp and a sun with shadows, and cameras of two sizes. `seed`: where they are, which of them come first,
+/// and the tone map.
+fn world(stock: &Stock, seed: u64) -> World {
+    let mut simulation = Simulation::new();
+    simulation.world.insert_resource(stock.library.clone());
+    let Stock { mesh, sphere, mapped, other, plain, image, .. } = *stock;
     let mut random = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed as u8; 32]);
     let mut at = || Vec3::from_array([4.0, 3.0, 4.0].map(|half: f32| random.random_range(-half..half)));
     let objects = (0..12).map(|i| {
         let place = Transform::from_translation(at() - 8.0 * Vec3::Z).with_rotation(Quat::from_rotation_y(at().x));
-        let looks: [(MeshId, MaterialId); 3] = [(mesh, mapped), (sphere, plain), (mesh, other)];
+        let looks = [(mesh, mapped), (sphere, plain), (mesh, other)];
         let looks = looks[(i + 2 * seed as usize) % 3];
         simulation.world.spawn((looks, place)).id()
     });
@@ -66,46 +86,45 @@ fn world(seed: u64) -> World {
         simulation.world.spawn((Sensor::camera(camera), Name::new(name), place));
     }
     register_all(&mut simulation.world);
-    World { simulation, mesh, image, objects }
+    World { simulation, sensors: WorldSensors::default(), mesh, image, objects }
 }
 
-/// What its cameras see.
-fn alone(suite: &mut SensorSuite, world: &mut World) -> Capture {
-    suite.capture(&mut world.simulation).expect("captured")
+/// What a suite that knows nothing yet sees of a world.
+fn expected(gpu: &Gpu, world: &mut World) -> Capture {
+    SensorSuite::new(gpu).capture(&mut world.simulation).expect("captured")
 }
 
-/// What a suite that knows nothing yet sees.
-fn expected(gpu: &relief::renderer::Gpu, world: &mut World) -> Capture {
-    alone(&mut SensorSuite::new(gpu), world)
+/// What is seen of some worlds together.
+fn together<'a>(
+    drawing: &mut Drawing,
+    worlds: impl Iterator<Item = &'a mut World>,
+    wanted: &'a dyn Fn(&str) -> bool,
+) -> Vec<Capture> {
+    let asked = worlds.map(|world| (&mut world.simulation, &mut world.sensors, Wanted::Due(wanted)));
+    let mut asked: Vec<_> = asked.collect();
+    drawing.capture(&Settings::default(), &mut asked).expect("captured")
 }
 
 #[test]
 fn worlds_that_are_captured_together_look_as_each_does_alone() {
     let Some(gpu) = common::gpu() else { return };
-    let mut worlds: Vec<World> = (0..3).map(world).collect();
-    let first = alone(&mut SensorSuite::new(&gpu), &mut worlds[0]);
-    assert!(first != expected(&gpu, &mut worlds[1]), "the worlds differ");
-    // With a suite of its own each, or one that shares what the first has.
-    let mut template = SensorSuite::new(&gpu);
-    alone(&mut template, &mut worlds[0]);
-    for forked in [false, true] {
-        let suite = || if forked { template.fork() } else { SensorSuite::new(&gpu) };
-        let mut suites: Vec<SensorSuite> = worlds.iter().map(|_| suite()).collect();
-        let mut batches = ViewBatches::default();
+    let shared = stock();
+    for of_one_library in [true, false] {
+        let made = |seed| if of_one_library { world(&shared, seed) } else { world(&stock(), seed) };
+        let mut worlds: Vec<World> = (0..3).map(made).collect();
+        assert!(expected(&gpu, &mut worlds[0]) != expected(&gpu, &mut worlds[1]), "the worlds differ");
+        let mut drawing = Drawing::of_many(&gpu);
         // In another order, and fewer of them: a layer may have been another world's.
         for order in [vec![0, 1, 2], vec![2, 0, 1], vec![1], vec![0, 1, 2]] {
             for world in &mut worlds {
                 let object = world.objects[3];
                 world.simulation.world.get_mut::<Transform>(object).expect("it lives").translation.y += 0.25;
             }
-            let mut expected: Vec<Option<Capture>> =
-                worlds.iter_mut().map(|world| Some(expected(&gpu, world))).collect();
-            let mut pairs: Vec<_> =
-                suites.iter_mut().zip(worlds.iter_mut().map(|world| &mut world.simulation)).map(Some).collect();
-            let mut ordered: Vec<_> = order.iter().filter_map(|&i| pairs[i].take()).collect();
-            let captures = capture_worlds(&mut ordered, &mut batches, |_| true).expect("captured");
-            let expected: Vec<_> = order.iter().filter_map(|&i| expected[i].take()).collect();
-            assert!(captures == expected, "forked {forked}, {order:?}");
+            let expected: Vec<Capture> = order.iter().map(|&i| expected(&gpu, &mut worlds[i])).collect();
+            let mut rest: Vec<Option<&mut World>> = worlds.iter_mut().map(Some).collect();
+            let ordered: Vec<&mut World> = order.iter().filter_map(|&i| rest[i].take()).collect();
+            let captures = together(&mut drawing, ordered.into_iter(), &|_| true);
+            assert!(captures == expected, "of one library: {of_one_library}, {order:?}");
         }
     }
 }
@@ -113,68 +132,60 @@ fn worlds_that_are_captured_together_look_as_each_does_alone() {
 #[test]
 fn captures_of_some_sensors_together_are_those_of_these_sensors() {
     let Some(gpu) = common::gpu() else { return };
-    let mut worlds = [world(0), world(1)];
-    let mut suites = [SensorSuite::new(&gpu), SensorSuite::new(&gpu)];
+    let mut worlds = [world(&stock(), 0), world(&stock(), 1)];
     let expected: Vec<Capture> = worlds.iter_mut().map(|world| expected(&gpu, world)).collect();
-    let mut pairs: Vec<_> = suites.iter_mut().zip(worlds.iter_mut().map(|world| &mut world.simulation)).collect();
-    let captures = capture_worlds(&mut pairs, &mut ViewBatches::default(), |name| name != "left").expect("captured");
+    let mut drawing = Drawing::of_many(&gpu);
+    let captures = together(&mut drawing, worlds.iter_mut(), &|name| name != "left");
     for (capture, expected) in captures.iter().zip(&expected) {
         assert_eq!(capture.sensors.len(), 2);
         assert!(capture["right"] == expected["right"] && capture["small"] == expected["small"]);
     }
-    assert!(capture_worlds(&mut [], &mut ViewBatches::default(), |_| true).expect("nothing to do").is_empty());
+    assert!(together(&mut drawing, [].into_iter(), &|_| true).is_empty());
 }
 
 #[test]
-fn a_fork_shares_what_is_uploaded_and_what_one_changes_the_other_does_not_see() {
+fn what_one_world_changes_in_its_library_others_do_not_see() {
     let Some(gpu) = common::gpu() else { return };
-    let (mut parent, mut child) = (world(0), world(0));
-    let mut suite = SensorSuite::new(&gpu);
-    let before = alone(&mut suite, &mut parent);
-    let mut forked = suite.fork();
-    assert!(alone(&mut forked, &mut child) == before, "the same world");
-    // The one after the other, either first, a mesh and an image: each time they share what is not changed.
-    for (i, [changes_parent, changes_child]) in [[false, true], [true, false], [true, true]].into_iter().enumerate() {
-        for (world, changes) in [(&mut parent, changes_parent), (&mut child, changes_child)] {
-            if changes {
-                let (mesh, image) = (world.mesh, world.image);
-                let mut library = world.simulation.world.resource_mut::<Library>();
-                library.replace_mesh(mesh, shapes::cube(Vec3::new(0.5, 1.0 + i as f32, 0.5)));
-                library.replace_image(image, checks(8, [0, 60 * i as u8, 200]));
-            }
+    let stock = stock();
+    let mut worlds = [world(&stock, 0), world(&stock, 0)];
+    let mut drawing = Drawing::of_many(&gpu);
+    let before = together(&mut drawing, worlds.iter_mut(), &|_| true);
+    assert!(before[0] == before[1], "the same world twice");
+    // The second, the first, both: a mesh and an image.
+    for (i, changed) in [vec![1], vec![0], vec![0, 1]].into_iter().enumerate() {
+        for &which in &changed {
+            let World { simulation, mesh, image, .. } = &mut worlds[which];
+            let mut library = simulation.world.resource_mut::<Library>();
+            library.replace_mesh(*mesh, shapes::cube(Vec3::new(0.5, 1.0 + i as f32, 0.5)));
+            library.replace_image(*image, checks(8, [0, 60 * i as u8, 200]));
         }
-        for (which, suite, world) in [(0, &mut suite, &mut parent), (1, &mut forked, &mut child)] {
-            let seen = alone(suite, world);
-            assert!(seen == expected(&gpu, world), "change {i}, world {which}");
-            assert_eq!(seen == before, (i, which) == (0, 0), "change {i}, world {which}");
-        }
+        let expected: Vec<Capture> = worlds.iter_mut().map(|world| expected(&gpu, world)).collect();
+        let seen = together(&mut drawing, worlds.iter_mut(), &|_| true);
+        assert!(seen == expected, "change {i}");
+        assert_eq!([seen[0] == before[0], seen[1] == before[0]], [i == 0, false], "change {i}");
     }
 }
 
 #[test]
-fn a_fork_uploads_neither_meshes_nor_maps() {
+fn what_worlds_share_is_uploaded_once() {
     let Some(gpu) = common::gpu() else { return };
-    let (mut parent, mut child) = (world(0), world(0));
+    let stock = stock();
+    let mut worlds = [world(&stock, 0), world(&stock, 1)];
     let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), 32, 32);
     let plan = ViewPlan { view, settings: Settings { samples: 1, ..Settings::default() } };
-    let uploaded = |renderer: &mut Renderer, world: &mut World| {
+    let mut renderer = Renderer::new(&gpu);
+    renderer.keep_worlds();
+    let mut batches = ViewBatches::default();
+    let mut uploaded = |world: &mut World| {
         world.simulation.frame();
         let plans = std::slice::from_ref(&plan);
-        let mut batches = ViewBatches::default();
         world.simulation.with_frame(|frame| renderer.draw_views(frame, &mut batches, plans)).expect("drawn");
         (renderer.stats().asset_bytes, renderer.stats().instance_bytes)
     };
-    let mut renderer = Renderer::new(&gpu);
-    let (assets, instances) = uploaded(&mut renderer, &mut parent);
+    let [first, second] = &mut worlds;
+    let (assets, instances) = uploaded(first);
     assert!(assets > 0 && instances > 0);
-    let mut forked = renderer.fork();
-    assert_eq!(uploaded(&mut forked, &mut child), (0, instances));
-    assert_eq!(forked.held_bytes().meshes, renderer.held_bytes().meshes);
-    // One more image of the same size: its array is the child's own, with what was in it.
-    let image = child.simulation.world.resource_mut::<Library>().add_image(checks(8, [0, 0, 0]));
-    let material = Material { base_map: Some(Map::new(image)), ..Material::default() };
-    let material = child.simulation.world.resource_mut::<Library>().add_material(material);
-    child.simulation.world.entity_mut(child.objects[0]).insert(material);
-    let (added, _) = uploaded(&mut forked, &mut child);
-    assert!(0 < added && added < assets / 2, "{added} of {assets}");
+    assert_eq!(uploaded(second), (0, instances));
+    // What rests is kept.
+    assert_eq!((uploaded(first), uploaded(second)), ((0, 0), (0, 0)));
 }

@@ -1,0 +1,90 @@
+"""Learns to keep a lane, with numpy alone: python examples/python/learn_lane.py [--seconds 120] [--environments 32].
+
+The cross-entropy method (Rubinstein, 1999; for policies Szita and Lörincz, 2006): policies are drawn from a normal
+distribution, each drives once, and the distribution moves to the best of them. A policy is linear in a grey picture of
+16 × 16 pixels: it turns the wheel, and brakes where it turns much.
+
+Prints the mean reward and how far the best policies of each generation came, then how far the mean policy comes on roads
+that begin elsewhere; beside it what driving straight ahead comes to.
+"""
+
+import argparse
+import time
+
+import numpy as np
+
+import relief
+
+SIDE = 16
+#: Pixels of the lower part of the picture: what is above the horizon tells nothing.
+ROWS = slice(5, 16)
+FEATURES = (ROWS.stop - ROWS.start) * SIDE + 1
+
+
+def features(pictures: np.ndarray) -> np.ndarray:
+    """Grey pictures (N, 16, 16), with a mean of 0 and a deviation of 1 each, and a constant: (N, FEATURES)."""
+    grey = pictures.astype(np.float32).mean(axis=-1)[:, ROWS]
+    grey = (grey - grey.mean(axis=(1, 2), keepdims=True)) / (grey.std(axis=(1, 2), keepdims=True) + 1.0)
+    return np.concatenate([grey.reshape(len(grey), -1), np.ones((len(grey), 1), np.float32)], axis=1)
+
+
+def act(policies: np.ndarray, pictures: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+    """Steering and pedal of policies (N, FEATURES) that see pictures (N, 16, 16, 3): (N, 2)."""
+    steer = np.tanh((policies * features(pictures)).sum(axis=1))
+    # A target speed, lower in bends.
+    pedal = np.clip(0.3 * (7.0 - 3.0 * np.abs(steer) - speeds), -1.0, 1.0)
+    return np.stack([steer, pedal], axis=1).astype(np.float32)
+
+
+def drive(env, policies: np.ndarray, seed: int, steps: int):
+    """Each policy drives in an environment of its own. Their rewards, and how many metres they came: (N,) each."""
+    pictures, _ = env.reset(seed=seed)
+    drives = np.ones(env.num_envs, dtype=bool)
+    rewards, metres, speeds = (np.zeros(env.num_envs) for _ in range(3))
+    for _ in range(steps):
+        pictures, reward, terminated, truncated, info = env.step(act(policies, pictures, speeds))
+        speeds = np.where(drives, info.get("speed", speeds), 0.0)
+        rewards += np.where(drives, reward, 0.0)
+        metres += np.where(drives, info.get("progress", 0.0), 0.0)
+        drives &= ~(terminated | truncated)
+        if not drives.any():
+            break
+    return rewards, metres
+
+
+def learn(env, seconds: float, steps: int, seed: int = 0, report=print) -> np.ndarray:
+    """The mean policy after so many seconds."""
+    random = np.random.default_rng(seed)
+    mean, deviation = np.zeros(FEATURES), np.full(FEATURES, 0.15)
+    began, generation = time.perf_counter(), 0
+    while time.perf_counter() - began < seconds:
+        policies = mean + deviation * random.standard_normal((env.num_envs, FEATURES))
+        rewards, metres = drive(env, policies, seed=1000 * generation, steps=steps)
+        best = np.argsort(rewards)[-max(env.num_envs // 5, 2) :]
+        mean = policies[best].mean(axis=0)
+        deviation = policies[best].std(axis=0) + 0.1 * 0.9**generation
+        generation += 1
+        report(
+            f"{time.perf_counter() - began:5.1f} s, generation {generation}: mean reward {rewards.mean():7.1f}, "
+            f"best {rewards[best].mean():7.1f}, {metres[best].mean():5.0f} m"
+        )
+    return mean
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Learns to keep a lane from pictures")
+    parser.add_argument("--seconds", type=float, default=120.0, help="how long to learn")
+    parser.add_argument("--environments", type=int, default=32)
+    parser.add_argument("--steps", type=int, default=300, help="of an episode, a tenth of a second each")
+    args = parser.parse_args()
+    env = relief.make_vec("relief/LaneFollow-v0", args.environments, size=(SIDE, SIDE))
+    mean = learn(env, args.seconds, args.steps)
+    tested = np.tile(mean, (env.num_envs, 1))
+    for name, policies in [("learned", tested), ("straight ahead", np.zeros_like(tested))]:
+        rewards, metres = drive(env, policies, seed=1_000_000, steps=args.steps)
+        print(f"{name}: {np.median(metres):.0f} m in the median of {env.num_envs} starts, reward {rewards.mean():.1f}")
+    env.close()
+
+
+if __name__ == "__main__":
+    main()

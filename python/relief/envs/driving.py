@@ -1,0 +1,66 @@
+"""One environment of Gymnasium: a world with a vehicle to drive."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from .tasks import CAMERA, FRAME_STEPS, Episode, Task, task_of
+
+
+class DrivingEnv(gymnasium.Env):
+    """A task in a world of its own.
+
+    ``task``: an id of `TASKS`, or a task. ``options``: of the task, such as ``size=(84, 84)``, the camera's width and
+    height in pixels. ``render_mode="rgb_array"``: `render` gives what the camera saw last.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 60 // FRAME_STEPS}
+
+    def __init__(self, task: str | Task = "relief/LaneFollow-v0", *, render_mode: str | None = None, **options) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: expected None or 'rgb_array', found {render_mode!r}")
+        self.render_mode = render_mode
+        self.task = task_of(task, **options)
+        self.observation_space = self.task.observation_space()
+        self.action_space = self.task.action_space()
+        self._sim = self.task.load()
+        self._episode: Episode | None = None
+        self._picture: np.ndarray | None = None
+
+    @property
+    def sim(self):
+        """The world."""
+        return self._sim
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+        """Begins an episode. The same seed, the same episode."""
+        super().reset(seed=seed)
+        self._episode = self.task.begin(self._sim, self.np_random)
+        return self._look(self._sim.capture())
+
+    def step(self, action):
+        """Drives for a tenth of a second."""
+        if self._episode is None:
+            raise gymnasium.error.ResetNeeded("expected reset() before step()")
+        self.task.act(self._episode, action)
+        self._sim.step(FRAME_STEPS)
+        capture = self._sim.capture()
+        observation, _ = self._look(capture)
+        outcome = self.task.outcome(self._episode, capture)
+        return observation, outcome.reward, outcome.terminated, outcome.truncated, outcome.info
+
+    def _look(self, capture):
+        if self.render_mode is not None:
+            self._picture = capture[f"ego/{CAMERA}"].color
+        return self.task.observe(self._episode, capture), {}
+
+    def render(self) -> np.ndarray | None:
+        """What the camera saw last: uint8 (H, W, 3); ``None`` without a render mode."""
+        return None if self._picture is None else self._picture.copy()
+
+    def close(self) -> None:
+        """Gives back what the world takes on the graphics device."""
+        self._sim.close()

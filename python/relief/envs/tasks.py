@@ -1,0 +1,227 @@
+"""What there is to do: a scene, where the vehicle begins, what it sees, and what is good.
+
+A task has no state of its own. `Episode` has that of one run in one world. Environments of one world and of many call
+the same functions, so that what environment i sees does not depend on how many there are.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from gymnasium import spaces
+
+import relief
+
+#: Steps of the simulation, of 1/60 s, for one of the environment.
+FRAME_STEPS = 6
+#: Depths of uint8 pictures, metres: 1 to 254 are from the nearest to the farthest, by their logarithm.
+DEPTH_RANGE = (0.5, 100.0)
+#: The names of the sensors on the vehicle.
+CAMERA, LANE, TOUCH = "camera", "lane", "touch"
+
+
+@dataclasses.dataclass
+class Episode:
+    """A run of a task in one world: its vehicle, and what is known of the step before."""
+
+    sim: relief.Sim
+    ego: relief.Vehicle
+    speed_limit: float
+    steer: float = 0.0
+    pedal: float = 0.0
+    turned: float = 0.0
+    steps: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """What a step led to."""
+
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: dict
+
+
+def log_depth(depth: np.ndarray) -> np.ndarray:
+    """Depths in metres, of any shape, as uint8: 1 at the nearest of `DEPTH_RANGE` and nearer, 254 at its farthest and
+    farther, even steps of the logarithm between; 255 where there is nothing."""
+    near, far = DEPTH_RANGE
+    share = np.log(np.clip(depth, near, far) / near) * (1.0 / math.log(far / near))
+    return np.where(np.isfinite(depth), 1.0 + np.rint(253.0 * share), 255.0).astype(np.uint8)
+
+
+class Task:
+    """To drive along a lane, as far as possible.
+
+    Actions: steering and pedal, float32 (2,), −1 to 1: left is positive; above 0 the throttle, below 0 the brake.
+
+    Rewards: speed along the lane / speed limit − ½ · |offset from the middle| / (half a lane) − 0.05 · |change of the
+    steering|. A step is 0.1 s. The episode is terminated where the vehicle leaves its lane or touches something, and
+    truncated after a minute.
+    """
+
+    #: The scene's file below ``relief.assets()``.
+    scene = "envs/lane_follow.ron"
+    #: Where it may begin: names of routes; empty: any.
+    routes: tuple[str, ...] = ()
+    #: Seconds until an episode is truncated.
+    seconds = 60.0
+    #: The camera's outputs.
+    outputs: tuple[str, ...] = ("color",)
+    #: From the middle of the vehicle's rear axle: left, up and forward, metres.
+    eye = (0.0, 1.4, 1.6)
+    #: Of the camera, downward, degrees.
+    down_degrees = 8.0
+    #: Whether it may change lanes: only leaving the road ends an episode.
+    all_lanes = False
+
+    def __init__(self, *, size: tuple[int, int] = (84, 84), outputs: tuple[str, ...] | None = None) -> None:
+        width, height = size
+        self.size = (int(width), int(height))
+        self.outputs = tuple(self.outputs if outputs is None else outputs)
+
+    def load(self) -> relief.Sim:
+        """The world that all others are made from."""
+        return relief.Sim(relief.assets() / self.scene)
+
+    def observation_space(self) -> spaces.Space:
+        """Of one environment."""
+        width, height = self.size
+        return spaces.Box(0, 255, (height, width, 3), np.uint8)
+
+    def action_space(self) -> spaces.Space:
+        """Of one environment."""
+        return spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def begin(self, sim: relief.Sim, random: np.random.Generator) -> Episode:
+        """Begins an episode in a world: the same numbers, the same episode."""
+        sim.reset(seed=int(random.integers(2**31)))
+        routes = [route for route in sim.routes if not self.routes or route.name in self.routes]
+        route = routes[int(random.integers(len(routes)))]
+        lane = int(random.integers(route.lanes)) if self.all_lanes else 0
+        along = self.free_place(sim, route, lane, random)
+        ego = sim.spawn_vehicle("car", route=route.name, lane=lane, along=along, name="ego", by_hand=True)
+        ego.add_camera(
+            CAMERA,
+            size=self.size,
+            at=self.eye,
+            pitch=-math.radians(self.down_degrees),
+            fov_y_degrees=70.0,
+            outputs=self.outputs,
+            samples=1,
+            every=FRAME_STEPS,
+        )
+        ego.add_lane(LANE, at=(0.0, 0.0, 0.0), every=FRAME_STEPS)
+        ego.add_collision(TOUCH, every=FRAME_STEPS)
+        return Episode(sim, ego, speed_limit=route.speed_limit)
+
+    def free_place(self, sim: relief.Sim, route: relief.Route, lane: int, random: np.random.Generator) -> float:
+        """Metres along a route at which nothing is near."""
+        length = route.length if route.closed else max(route.length - 40.0, 0.0)
+        others = np.array([vehicle.position for vehicle in sim.vehicles]).reshape(-1, 3)
+        along = 0.0
+        for _ in range(64):
+            along = float(random.uniform(0.0, length))
+            [place] = route.points([along], lane)
+            if not len(others) or np.linalg.norm(others - place, axis=1).min() > 14.0:
+                break
+        return along
+
+    def act(self, episode: Episode, action: np.ndarray) -> None:
+        """Asks the vehicle for an action."""
+        steer, pedal = (float(part) for part in np.clip(np.asarray(action, np.float32), -1.0, 1.0))
+        episode.turned = abs(steer - episode.steer)
+        episode.steer, episode.pedal = steer, pedal
+        episode.ego.drive(steer=steer, throttle=max(pedal, 0.0), brake=max(-pedal, 0.0))
+        episode.steps += 1
+
+    def observe(self, episode: Episode, capture: relief.Capture) -> object:
+        """What the vehicle sees, in arrays that nothing else has."""
+        return capture[f"ego/{CAMERA}"].color
+
+    def outcome(self, episode: Episode, capture: relief.Capture) -> Outcome:
+        """What the last step led to."""
+        lane = capture[f"ego/{LANE}"]
+        half_width = lane.width / 2.0 if lane.valid else 1.0
+        off = min(abs(lane.offset) / half_width, 1.0) if lane.valid else 1.0
+        along = lane.speed * math.cos(lane.heading_error) if lane.valid else 0.0
+        reward = along / episode.speed_limit - 0.5 * off - 0.05 * episode.turned
+        touches = any(contact.depth > 0.0 for contact in capture[f"ego/{TOUCH}"])
+        left = not lane.valid or (off >= 1.0 and not self.all_lanes)
+        info = {"speed": lane.speed, "offset": lane.offset, "progress": along * FRAME_STEPS / 60.0}
+        late = episode.steps * FRAME_STEPS >= self.seconds * 60.0
+        terminated = bool(left or touches)
+        return Outcome(float(reward), terminated, bool(late and not terminated), info)
+
+
+class LaneFollow(Task):
+    """One car on a road of many bends. Observations: what it sees, uint8 (H, W, 3)."""
+
+
+class Traffic(Task):
+    """Three lanes with traffic, and signals.
+
+    Observations: a dictionary of ``camera`` uint8 (H, W, 3), ``depth`` uint8 (H, W, 1) by `log_depth`, and ``state``
+    float32 (8,), each from −1 to 1: speed / limit, offset / half a lane, heading error / π, curvature · 20 m, lane / 4,
+    the last steering and pedal, and whether there is a lane.
+    """
+
+    scene = "envs/traffic.ron"
+    outputs = ("color", "depth")
+    all_lanes = True
+
+    def observation_space(self) -> spaces.Space:
+        width, height = self.size
+        return spaces.Dict(
+            {
+                "camera": spaces.Box(0, 255, (height, width, 3), np.uint8),
+                "depth": spaces.Box(0, 255, (height, width, 1), np.uint8),
+                "state": spaces.Box(-1.0, 1.0, (8,), np.float32),
+            }
+        )
+
+    def observe(self, episode: Episode, capture: relief.Capture) -> object:
+        camera, lane = capture[f"ego/{CAMERA}"], capture[f"ego/{LANE}"]
+        state = [
+            lane.speed / episode.speed_limit,
+            2.0 * lane.offset / lane.width if lane.valid else 0.0,
+            lane.heading_error / math.pi,
+            20.0 * lane.curvature,
+            lane.lane / 4.0,
+            episode.steer,
+            episode.pedal,
+            1.0 if lane.valid else -1.0,
+        ]
+        return {
+            "camera": camera.color,
+            "depth": log_depth(camera.depth)[..., None],
+            "state": np.clip(np.array(state, np.float32), -1.0, 1.0),
+        }
+
+
+class Town(Traffic):
+    """A town with its traffic at night, for benchmarks: any street, any lane."""
+
+    scene = "scenes/town.ron"
+
+
+#: All tasks by the ids of their environments.
+TASKS: dict[str, type[Task]] = {
+    "relief/LaneFollow-v0": LaneFollow,
+    "relief/Traffic-v0": Traffic,
+    "relief/Town-v0": Town,
+}
+
+
+def task_of(task: str | Task, **options) -> Task:
+    """A task by the id of its environment. Raises ValueError."""
+    if isinstance(task, Task):
+        if options:
+            raise ValueError(f"expected no options beside a task, found {', '.join(options)}")
+        return task
+    if task not in TASKS:
+        raise ValueError(f"unknown environment {task!r}; expected one of: {', '.join(TASKS)}")
+    return TASKS[task](**options)

@@ -1,0 +1,154 @@
+"""Many environments at once: their worlds are stepped on all threads, and their cameras drawn in one submission."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector.utils import batch_space
+
+import relief
+
+from .tasks import FRAME_STEPS, TASKS, Episode, Task, task_of
+
+#: What becomes of environments whose episode has ended, by Gymnasium's names: reset by the next step, whose action does
+#: not count; within the step itself, with the last observation in ``info["final_obs"]``; or by `reset` alone.
+MODES = ("NextStep", "SameStep", "Disabled")
+
+
+def _mode(mode: Any) -> str:
+    """By name, or as Gymnasium's enumeration, which its early versions lack."""
+    name = str(getattr(mode, "value", mode)).replace("_", "").lower()
+    found = next((known for known in MODES if known.lower() == name), None)
+    if found is None:
+        raise ValueError(f"autoreset_mode: expected one of {', '.join(MODES)}, found {mode!r}")
+    return found
+
+
+def make_vec(task: str | Task, num_envs: int = 1, *, autoreset_mode: Any = "NextStep", **options) -> DrivingVectorEnv:
+    """Environments of a task, such as ``relief.make_vec("relief/LaneFollow-v0", 64)``. ``options``: of the task."""
+    return DrivingVectorEnv(task, num_envs=num_envs, autoreset_mode=autoreset_mode, **options)
+
+
+class DrivingVectorEnv(gymnasium.vector.VectorEnv):
+    """A task in several worlds. What environment i sees is, bit for bit, what a single one sees that was reset with the
+    seed of environment i, which is the seed given plus i: whatever the number of environments and of threads."""
+
+    def __init__(
+        self,
+        task: str | Task = "relief/LaneFollow-v0",
+        num_envs: int = 1,
+        *,
+        autoreset_mode: Any = "NextStep",
+        render_mode: None = None,
+        **options,
+    ) -> None:
+        if num_envs < 1:
+            raise ValueError(f"num_envs: expected at least 1, found {num_envs}")
+        if render_mode is not None:
+            raise ValueError(f"render_mode: expected None, found {render_mode!r}: observations are pictures")
+        self.num_envs = num_envs
+        self.render_mode = None
+        self.task = task_of(task, **options)
+        self.mode = _mode(autoreset_mode)
+        modes = getattr(gymnasium.vector, "AutoresetMode", None)
+        mode = modes(self.mode) if modes is not None else self.mode
+        self.metadata = {"render_modes": [], "render_fps": 60 // FRAME_STEPS, "autoreset_mode": mode}
+        self.single_observation_space = self.task.observation_space()
+        self.single_action_space = self.task.action_space()
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        first = self.task.load()
+        self._worlds = relief.Worlds([first, *(first.fresh() for _ in range(num_envs - 1))])
+        self._random: list[np.random.Generator | None] = [None] * num_envs
+        self._episodes: list[Episode | None] = [None] * num_envs
+        self._ended = np.zeros(num_envs, dtype=bool)
+
+    @property
+    def sims(self) -> list[relief.Sim]:
+        """The worlds."""
+        return self._worlds.sims
+
+    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None):
+        """Begins episodes: in all environments, or, as ``options={"reset_mask": …}`` says, in some."""
+        seeds = seed if isinstance(seed, (list, tuple)) else [None if seed is None else seed + i for i in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed: expected {self.num_envs} seeds, found {len(seeds)}")
+        mask = (options or {}).get("reset_mask")
+        which = np.ones(self.num_envs, dtype=bool) if mask is None else np.asarray(mask, dtype=bool)
+        if which.shape != (self.num_envs,):
+            raise ValueError(f"reset_mask: expected {self.num_envs} values, found shape {which.shape}")
+        for i in np.flatnonzero(which):
+            self._begin(i, seeds[i])
+        if any(episode is None for episode in self._episodes):
+            raise ValueError("reset_mask: expected a reset of all environments first")
+        self._ended &= ~which
+        captures = self._worlds.capture()
+        return self._observations(captures), {}
+
+    def _begin(self, i: int, seed: int | None = None) -> None:
+        if seed is not None or self._random[i] is None:
+            self._random[i], _ = seeding.np_random(seed)
+        self._episodes[i] = self.task.begin(self._worlds.sims[i], self._random[i])
+
+    def step(self, actions):
+        """Drives all vehicles for a tenth of a second."""
+        actions = np.asarray(actions)
+        if actions.shape != self.action_space.shape:
+            raise ValueError(f"actions: expected shape {self.action_space.shape}, found {actions.shape}")
+        if any(episode is None for episode in self._episodes):
+            raise gymnasium.error.ResetNeeded("expected reset() before step()")
+        begun = self._ended.copy() if self.mode == "NextStep" else np.zeros(self.num_envs, dtype=bool)
+        if self.mode == "Disabled" and self._ended.any():
+            ended = np.flatnonzero(self._ended).tolist()
+            raise gymnasium.error.ResetNeeded(f"expected reset() of the environments whose episode has ended: {ended}")
+        for i, (episode, action) in enumerate(zip(self._episodes, actions)):
+            if begun[i]:
+                self._begin(i)
+            else:
+                self.task.act(episode, action)
+        self._worlds.step(np.where(begun, 0, FRAME_STEPS).tolist())
+        captures = self._worlds.capture()
+        outcomes = [
+            None if begun[i] else self.task.outcome(episode, capture)
+            for i, (episode, capture) in enumerate(zip(self._episodes, captures))
+        ]
+        rewards = np.array([0.0 if outcome is None else outcome.reward for outcome in outcomes], dtype=np.float64)
+        terminated = np.array([outcome is not None and outcome.terminated for outcome in outcomes])
+        truncated = np.array([outcome is not None and outcome.truncated for outcome in outcomes])
+        infos: dict[str, Any] = {}
+        for i, outcome in enumerate(outcomes):
+            if outcome is not None:
+                infos = self._add_info(infos, outcome.info, i)
+        self._ended = terminated | truncated
+        if self.mode == "SameStep" and self._ended.any():
+            captures = self._begin_ended(captures, infos)
+        return self._observations(captures), rewards, terminated, truncated, infos
+
+    def _begin_ended(self, captures: list, infos: dict[str, Any]) -> list:
+        """Begins the episodes of environments whose last has ended. Their last observations are in `infos`."""
+        final = np.full(self.num_envs, None, dtype=object)
+        for i in np.flatnonzero(self._ended):
+            final[i] = self.task.observe(self._episodes[i], captures[i])
+            self._begin(i)
+        own = {key: value for key, value in infos.items()}
+        infos["final_obs"], infos["_final_obs"] = final, self._ended.copy()
+        infos["final_info"], infos["_final_info"] = own, self._ended.copy()
+        which = np.flatnonzero(self._ended).tolist()
+        begun = dict(zip(which, self._worlds.capture(which)))
+        self._ended[:] = False
+        return [begun.get(i, capture) for i, capture in enumerate(captures)]
+
+    def _observations(self, captures: list) -> Any:
+        """Of all environments, in arrays that nothing else has."""
+        each = [self.task.observe(episode, capture) for episode, capture in zip(self._episodes, captures)]
+        if isinstance(self.single_observation_space, gymnasium.spaces.Dict):
+            return {key: np.stack([own[key] for own in each]) for key in self.single_observation_space}
+        return np.stack(each)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Gives back what the worlds take on the graphics device."""
+        for sim in self._worlds.sims:
+            sim.close()
