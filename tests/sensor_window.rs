@@ -127,7 +127,6 @@ fn a_run_does_not_notice_that_its_sensors_are_looked_at() {
 }
 
 #[test]
-#[ignore = "once in six runs no step is taken for a minute after the loss; why is not known yet"]
 fn sensors_are_looked_at_again_with_another_device() {
     let place = Place::of(SCENE);
     let Some(display) = Display::start(place.path()) else { return };
@@ -137,9 +136,9 @@ fn sensors_are_looked_at_again_with_another_device() {
     let app = App::of(command, &display, &["--no-panel", "--hash", "window.txt"]);
     let read = |name: &str| place.read(name);
     app.press(&["t", "m"]);
-    wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
+    app.wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
     let lost = read("window.txt").lines().count();
-    wait_for("steps after it", || (read("window.txt").lines().count() > lost + 10).then_some(()));
+    app.wait_for("steps after it", || (read("window.txt").lines().count() > lost + 10).then_some(()));
     app.press(&["space"]);
     let stopped = last_step(|| read("window.txt"));
     let seen = seen_by_front(&place, stopped / 2 * 2);

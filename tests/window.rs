@@ -182,9 +182,9 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
     command.env("RELIEF_LOSE_DEVICE", "50").env("RUST_LOG", "relief=warn");
     command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
     let app = App::of(command, &display, &["--no-panel", "--hash", "window.txt"]);
-    wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
+    app.wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
     let lost = read("window.txt").lines().count();
-    wait_for("steps after it", || (read("window.txt").lines().count() > lost + 30).then_some(()));
+    app.wait_for("steps after it", || (read("window.txt").lines().count() > lost + 30).then_some(()));
     app.press(&["space"]);
     let stopped = last_step(|| read("window.txt"));
     let still = place.rendered(stopped, &["--hash", "render.txt"]);
@@ -195,6 +195,24 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
     assert_eq!(losses, 1, "{}", read("errors.txt"));
     app.press(&["Escape"]);
     assert_eq!(app.ends().code(), Some(0));
+}
+
+/// Each check of the first frame, which is the one that brings the panel's font: what the widgets have asked for is not
+/// painted yet, is, or is shown.
+#[test]
+fn a_device_may_be_lost_anywhere_in_a_frame() {
+    let place = place();
+    let Some(display) = Display::start(place.path()) else { return };
+    for check in 1..=4 {
+        let mut command = place.relief();
+        command.env("RELIEF_LOSE_DEVICE", check.to_string()).env("RUST_LOG", "relief=warn");
+        command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
+        let app = App::of(command, &display, &["--paused"]);
+        let errors = || place.read("errors.txt");
+        app.wait_for("the loss", || errors().contains("the graphics device was lost").then_some(()));
+        app.press(&["Escape"]);
+        assert_eq!(app.ends().code(), Some(0), "check {check}: {}", errors());
+    }
 }
 
 #[test]

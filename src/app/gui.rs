@@ -15,6 +15,7 @@ pub struct Gui {
     state: egui_winit::State,
     renderer: egui_wgpu::Renderer,
     triangles: Vec<ClippedPrimitive>,
+    /// Changes of textures that no frame has shown yet.
     textures: TexturesDelta,
     pixels_per_point: f32,
     /// What the panel leaves of the window, points.
@@ -110,6 +111,14 @@ impl Gui {
         for id in textures.free.drain() {
             self.renderer.free_texture(&id);
         }
+    }
+}
+
+impl Drop for Gui {
+    /// A frame may fail between [`Self::run`] and [`Self::paint`], as where the device is lost. Its changes of textures go
+    /// with the device; in debug builds egui panics where they are dropped as they are.
+    fn drop(&mut self) {
+        self.textures.clear();
     }
 }
 

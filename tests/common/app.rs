@@ -2,6 +2,7 @@
 
 use super::display::{Display, PATIENCE, Running, wait_for};
 use image::RgbImage;
+use std::cell::RefCell;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -71,7 +72,7 @@ pub fn last_step(written: impl Fn() -> String) -> u64 {
 /// The program with its window open.
 pub struct App<'a> {
     display: &'a Display,
-    process: Running,
+    process: RefCell<Running>,
     lines: Receiver<String>,
 }
 
@@ -89,7 +90,7 @@ impl<'a> App<'a> {
         let window =
             wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief .* test$"]));
         wait_for("the focus", || display.xdotool(&["windowfocus", "--sync", &window]));
-        Self { display, process, lines }
+        Self { display, process: RefCell::new(process), lines }
     }
 
     pub fn press(&self, keys: &[&str]) {
@@ -123,7 +124,21 @@ impl<'a> App<'a> {
         self.lines.recv_timeout(PATIENCE).expect("a line of output")
     }
 
-    pub fn ends(mut self) -> ExitStatus {
-        wait_for("the end of the program", || self.process.0.try_wait().expect("a process"))
+    /// Waits until there is an answer, while the program runs.
+    pub fn wait_for<T>(&self, what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
+        wait_for(what, || {
+            let ended = self.ended();
+            let answer = answer();
+            assert!(answer.is_some() || ended.is_none(), "the program ended ({ended:?}) before {what}");
+            answer
+        })
+    }
+
+    pub fn ends(self) -> ExitStatus {
+        wait_for("the end of the program", || self.ended())
+    }
+
+    fn ended(&self) -> Option<ExitStatus> {
+        self.process.borrow_mut().0.try_wait().expect("a process")
     }
 }
