@@ -88,8 +88,8 @@ fn an_interrupted_run_is_resumed_by_what_is_missing() {
     assert_eq!(written_at(&stays), before);
 }
 
-/// Boxes have velocities, from one capture to the next: the capture before belongs to them, though it is written already,
-/// or before the first frame.
+/// Boxes have velocities, from one capture to the next. So the capture before belongs to them, though it may be written
+/// already, or before the first frame.
 #[test]
 fn boxes_alone_are_the_same_in_a_part_of_a_run_and_where_it_is_resumed() {
     if common::gpu().is_none() {

@@ -92,7 +92,8 @@ fn the_calibration_of_kitti_stays_where_its_lidar_is_due_less_often() {
             (name: "ego", instance: true, spin: (axis: (0, 1, 0), degrees_per_second: 90), children: [
                 (name: "front", transform: (translation: (0.1, 1.4, 0.3), rotation_degrees: (0, 180, 0)),
                  sensor: camera(size: (16, 12), every: 2, samples: 1, outputs: [color])),
-                (name: "top", transform: (translation: (-0.2, 1.8, 0)), sensor: lidar(beams: vlp16, every: 3, phase: 1)),
+                (name: "top", transform: (translation: (-0.2, 1.8, 0)),
+                 sensor: lidar(beams: vlp16, every: 3, phase: 1)),
             ]),
         ],
     )"#;

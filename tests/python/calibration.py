@@ -1,4 +1,4 @@
-"""Calibrates the cameras of tests/calibration.rs, which are one camera at many places, by their pictures of a chessboard.
+"""Calibrates the cameras of tests/calibration.rs, one camera at many places, by their pictures of a chessboard.
 
     calibration.py FOLDER
 """
@@ -43,17 +43,17 @@ for sensor in described:
     slopes.append(slope[:, :8] if is_round else slope[:, 6:14])
 
 # At the poses that the description has, corners are where it puts them: what they are off by on average is chance, and
-# what a change of K and D would explain of it, too. Five standard deviations are not exceeded in a million runs.
+# what a change of K and D would explain of it, too. Chance exceeds five standard deviations once in a million times.
 errors, slopes = np.concatenate(errors).ravel(), np.concatenate(slopes)
 spread = errors.std()
-# Of the detector, for squares of some 20 pixels.
+# Of the detector: 0.1 pixels for squares of some 20.
 assert spread < 0.2, spread
 offset = np.abs(errors.reshape(-1, 2).mean(0))
 assert (offset < 5 * spread / np.sqrt(len(errors) / 2)).all(), offset
 change, *_ = np.linalg.lstsq(slopes, errors)
 deviation = spread * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
 assert (np.abs(change) < 5 * deviation).all(), (change, deviation)
-# What it would explain is less than a tenth of a pixel anywhere on the boards.
+# As a whole it would move no corner by a tenth of a pixel.
 assert np.abs(slopes @ change).max() < 0.1, np.abs(slopes @ change).max()
 print(f"{len(errors) // 2} corners, {spread:.3f} pixels; {np.abs(change / deviation).max():.1f} deviations at most")
 

@@ -80,7 +80,7 @@ for annotation, step in zip(panoptic["annotations"], [0, 2, 4], strict=True):
         else:
             assert segment["id"] == segment["category_id"]
 
-# Its evaluation reads the pictures itself, and takes the areas of one side from the labels: the data set against itself.
+# Its evaluation reads the pictures itself; the areas of one side it takes from the labels. The set against itself:
 pictures = str(folder / "coco" / "panoptic")
 categories = {entry["id"]: entry for entry in panoptic["categories"]}
 with redirect_stdout(io.StringIO()):
