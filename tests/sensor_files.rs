@@ -4,7 +4,7 @@ mod common;
 
 use common::{assert_fails, files, relief, scene_folder, text};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Output;
 
 /// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
@@ -86,6 +86,38 @@ fn an_interrupted_run_is_resumed_by_what_is_missing() {
     done(&relief(&run, folder.path()));
     assert!(files(&out) == expected);
     assert_eq!(written_at(&stays), before);
+}
+
+/// Boxes have velocities, from one capture to the next. So the capture before belongs to them, though it may be written
+/// already, or before the first frame.
+#[test]
+fn boxes_alone_are_the_same_in_a_part_of_a_run_and_where_it_is_resumed() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let scene = r#"(
+        meshes: { "box": cube(size: (1.8, 1.5, 4)) },
+        entities: [
+            (spin: (degrees_per_second: 30), children: [
+                (name: "car", mesh: "box", class: "car", instance: true, transform: (translation: (0, 0, -12))),
+            ]),
+            (name: "front", sensor: camera(size: (40, 30), every: 2, outputs: [boxes])),
+        ],
+    )"#;
+    let folder = scene_folder(scene);
+    let run = |out: &str, frames: &str, more: &[&str]| {
+        let args = ["render", "scene.ron", "--sensors", "all", "--format", "npy", "-o", out, "--frames", frames];
+        done(&relief(&[&args[..], more].concat(), folder.path()));
+        files(&folder.path().join(out))
+    };
+    let whole = run("whole", "7", &[]);
+    let boxes = |step: u64| PathBuf::from(format!("front/boxes_{step:05}.npy"));
+    assert!(whole[&boxes(2)] != whole[&boxes(4)], "it moves");
+    let part = run("part", "3..7", &[]);
+    assert_eq!(part.keys().filter(|path| path.starts_with("front")).count(), 2);
+    assert!([4, 6].iter().all(|&step| part[&boxes(step)] == whole[&boxes(step)]));
+    fs::remove_file(folder.path().join("whole").join(boxes(4))).expect("removed");
+    assert!(run("whole", "7", &["--resume"]) == whole);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn others_read_the_labels_of_coco_and_the_folders_of_kitti() {
     let folder = scene_folder(SCENE);
     render(folder.path(), "npy,coco,kitti", &[]);
     let out = folder.path().join("out");
-    let modules = ["cv2", "numpy", "pycocotools"];
+    let modules = ["cv2", "numpy", "panopticapi.evaluation", "pycocotools"];
     let Some(output) = common::python("sensor_formats.py", &modules, &[out.as_os_str()]) else { return };
     // So that nothing passes for want of being read.
     assert_eq!(text(&output.stdout).trim(), "3 pictures, 6 things, 3 folders of scans");
@@ -77,6 +77,45 @@ fn what_is_made_of_a_whole_run_is_the_same_where_it_is_resumed() {
     assert!(!without.contains_key(Path::new("ego/rear/color_00002.png")));
     let labels = Path::new("coco/instances.json");
     assert_eq!(without[labels], first[labels]);
+}
+
+/// Between the scans of its lidar, too: a camera that looks ahead, and a lidar beside it, on what turns.
+#[test]
+fn the_calibration_of_kitti_stays_where_its_lidar_is_due_less_often() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let scene = r#"(
+        meshes: { "ground": plane(size: (200, 200)) },
+        entities: [
+            (mesh: "ground"),
+            (name: "ego", instance: true, spin: (axis: (0, 1, 0), degrees_per_second: 90), children: [
+                (name: "front", transform: (translation: (0.1, 1.4, 0.3), rotation_degrees: (0, 180, 0)),
+                 sensor: camera(size: (16, 12), every: 2, samples: 1, outputs: [color])),
+                (name: "top", transform: (translation: (-0.2, 1.8, 0)),
+                 sensor: lidar(beams: vlp16, every: 3, phase: 1)),
+            ]),
+        ],
+    )"#;
+    let folder = scene_folder(scene);
+    let args = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--format", "kitti", "--frames", "2..9"];
+    let output = relief(&args, folder.path());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let home = folder.path().join("out/ego/front/kitti");
+    // Both are due after 4 steps alone.
+    assert!(
+        [2, 4, 6, 8].map(|step| home.join(format!("velodyne/{step:06}.bin")).exists()) == [false, true, false, false]
+    );
+    for step in [2, 4, 6, 8] {
+        let calibration = fs::read_to_string(home.join(format!("calib/{step:06}.txt"))).expect("a calibration");
+        let from_lidar = calibration.lines().find_map(|line| line.strip_prefix("Tr_velo_to_cam:")).expect("its line");
+        let found: Vec<f64> = from_lidar.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+        // x = −y, y = −z, z = x; the lidar is 0.3 m to the camera's right, 0.4 m above and 0.3 m behind.
+        let expected = [0.0, -1.0, 0.0, 0.3, 0.0, 0.0, -1.0, -0.4, 1.0, 0.0, 0.0, -0.3];
+        // Of the scene's floats.
+        let off = found.iter().zip(expected).map(|(found, expected)| (found - expected).abs()).fold(0.0, f64::max);
+        assert!(found.len() == 12 && off < 1e-6, "after step {step}: {found:?}");
+    }
 }
 
 /// What ffprobe says of fields of a film's only stream.

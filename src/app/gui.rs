@@ -115,8 +115,8 @@ impl Gui {
 }
 
 impl Drop for Gui {
-    /// A frame may fail between [`Self::run`] and [`Self::paint`], as where the device is lost. Its changes of textures go
-    /// with the device; in debug builds egui panics where they are dropped as they are.
+    /// A frame may fail between [`Self::run`] and [`Self::paint`], as where the device is lost. Its changes of textures
+    /// go with the device; in debug builds egui panics where they are dropped as they are.
     fn drop(&mut self) {
         self.textures.clear();
     }

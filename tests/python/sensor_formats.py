@@ -1,5 +1,6 @@
 """Reads the data sets of tests/sensor_formats.rs: COCO's labels and KITTI's folders against the arrays beside them."""
 
+import copy
 import io
 import json
 import sys
@@ -8,6 +9,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from panopticapi.evaluation import pq_compute_single_core
+from panopticapi.utils import rgb2id
 from pycocotools.coco import COCO
 
 folder = Path(sys.argv[1])
@@ -54,7 +57,7 @@ for image, step in zip(images, [0, 2, 4]):
         things += 1
 assert {classes[entry["category_id"]]["name"] for entry in coco.anns.values()} == {"car", "truck"}
 
-# All pixels: by `rgb2id` of panopticapi, which is on GitHub only, as its documentation states it.
+# All pixels: as panopticapi has them.
 panoptic = json.loads((folder / "coco" / "panoptic.json").read_text())
 assert panoptic["images"] == [dict(image) for image in images]
 assert {entry["id"]: entry["isthing"] for entry in panoptic["categories"]} == {
@@ -62,12 +65,12 @@ assert {entry["id"]: entry["isthing"] for entry in panoptic["categories"]} == {
 }
 for annotation, step in zip(panoptic["annotations"], [0, 2, 4], strict=True):
     assert annotation["file_name"] == f"ego/front/{step:05}.png"
-    rgb = picture(folder / "coco" / "panoptic" / annotation["file_name"]).astype(np.uint32)
-    ids = rgb[..., 0] + 256 * rgb[..., 1] + 256 * 256 * rgb[..., 2]
+    ids = rgb2id(picture(folder / "coco" / "panoptic" / annotation["file_name"]))
     instance, semantic = array("ego/front", "instance", step), array("ego/front", "class", step)
     # Sky and wall have no class, and are in no segment.
     assert np.array_equal(ids == 0, semantic == 0) and (ids == 0).any()
     assert {segment["id"] for segment in annotation["segments_info"]} == set(np.unique(ids).tolist()) - {0}
+    assert sum(segment["area"] for segment in annotation["segments_info"]) + (ids == 0).sum() == ids.size
     for segment in annotation["segments_info"]:
         inside = ids == segment["id"]
         assert segment["area"] == inside.sum()
@@ -76,6 +79,14 @@ for annotation, step in zip(panoptic["annotations"], [0, 2, 4], strict=True):
             assert np.array_equal(inside, instance == segment["id"] - 256)
         else:
             assert segment["id"] == segment["category_id"]
+
+# Its evaluation reads the pictures itself; the areas of one side it takes from the labels. The set against itself:
+pictures = str(folder / "coco" / "panoptic")
+categories = {entry["id"]: entry for entry in panoptic["categories"]}
+with redirect_stdout(io.StringIO()):
+    pairs = [(annotation, copy.deepcopy(annotation)) for annotation in panoptic["annotations"]]
+    quality, _ = pq_compute_single_core(0, pairs, pictures, pictures, categories).pq_average(categories, isthing=None)
+assert quality == {"pq": 1, "sq": 1, "rq": 1, "n": 3}, quality
 
 
 def scan(home, lidar, step):
