@@ -153,7 +153,9 @@ fn worlds_alone(gpu: &relief::renderer::Gpu, worlds: &mut [Simulation]) -> Vec<C
 }
 
 /// Colours, depths, numbers and boxes, to the bit.
-fn pixels(capture: &Capture) -> (Vec<[u8; 3]>, Vec<u32>, Vec<u32>, Vec<[f32; 4]>) {
+type Pixels = (Vec<[u8; 3]>, Vec<u32>, Vec<u32>, Vec<[f32; 4]>);
+
+fn pixels(capture: &Capture) -> Pixels {
     let camera = capture["eye"].camera().expect("a camera");
     let depth = camera.depth.iter().map(|depth| depth.to_bits()).collect();
     let boxes = camera.boxes.iter().map(|one| one.box_visible).collect();
