@@ -607,7 +607,7 @@ fn recording_of(place: &Place, input: SavedInput) -> PathBuf {
     let scene = PathBuf::from("scene.ron");
     let identity = Identity::of(&place.path("scene.ron"), &stage.scene.files, &stage.simulation).expect("files");
     let identity = Identity { scene: scene.to_string_lossy().into_owned(), ..identity };
-    let mut recorder = Recorder::create(&path, identity, false, &mut stage.simulation).expect("a recording");
+    let mut recorder = Recorder::create(&path, identity, &mut stage.simulation).expect("a recording");
     recorder.inputs(0, vec![input]).expect("written");
     path
 }

@@ -121,10 +121,8 @@ fn worlds_that_are_captured_together_give_what_they_give_alone() {
         let mut together: Vec<(usize, _)> =
             worlds.iter_mut().zip(&mut sensors).enumerate().filter(|(i, _)| order.contains(i)).collect();
         together.sort_by_key(|(i, _)| order.iter().position(|own| own == i));
-        let mut together: Vec<_> = together
-            .into_iter()
-            .map(|(_, (simulation, sensors))| (simulation, sensors, Wanted::Due(&all)))
-            .collect();
+        let mut together: Vec<_> =
+            together.into_iter().map(|(_, (simulation, sensors))| (simulation, sensors, Wanted::Due(&all))).collect();
         let captures = drawing.capture(&Default::default(), &mut together).expect("captured");
         for (&i, capture) in order.iter().zip(&captures) {
             assert_eq!(pixels(capture), pixels(&alone[i]), "world {i}, round {round}");
