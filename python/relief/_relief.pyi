@@ -6,6 +6,33 @@ from typing import Any, Dict, Iterator, List, Literal, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
+
+__all__ = [
+    "CameraBatch",
+    "CameraCapture",
+    "Capture",
+    "Collisions",
+    "Contact",
+    "Entity",
+    "GnssReading",
+    "ImuReading",
+    "LaneReading",
+    "LidarCapture",
+    "Light",
+    "LightEntity",
+    "Portal",
+    "Recording",
+    "Route",
+    "Sensor",
+    "Sim",
+    "Vehicle",
+    "adapter",
+    "capture",
+    "replay",
+    "set_threads",
+    "step",
+]
 
 _Path = Union[str, PathLike[str]]
 _Point = Union[Tuple[float, float, float], Sequence[float], NDArray[Any]]
@@ -118,6 +145,7 @@ class Recording:
     def __enter__(self) -> Recording: ...
     def __exit__(self, *_exception: Any) -> None: ...
 
+@disjoint_base
 class Entity:
     """Something in a world."""
 

@@ -21,8 +21,8 @@ fn drawing() -> MutexGuard<'static, Option<Drawing>> {
     DRAWING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does something with what draws. The device is opened when it is first asked for, and again after it was lost. Locks of
-/// worlds are taken before.
+/// Does something with what draws. The device is opened when it is first asked for, and again after it was lost. Locks
+/// of worlds are taken before.
 pub fn with_drawing<T>(work: impl FnOnce(&mut Drawing) -> Result<T, RenderError>) -> Outcome<T> {
     check_process()?;
     let mut drawing = drawing();

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! world     a world under a lock, and what is done with it away from the interpreter
-//! sim       Sim: a world of a scene, and its run; many: several at once
+//! sim       Sim: a world of a scene, and its run; spawning, contents: what comes into being, and is there; many:
+//!           several worlds at once
 //! entity    what is in a world: vehicle, light, portal, sensor; roads: routes and signals
 //! capture   what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
 //! values    arguments: numbers, places
@@ -14,6 +15,7 @@
 
 mod camera;
 mod capture;
+mod contents;
 mod device;
 mod entity;
 mod errors;
@@ -25,6 +27,7 @@ mod readings;
 mod roads;
 mod sensor;
 mod sim;
+mod spawning;
 mod values;
 mod vehicle;
 mod world;

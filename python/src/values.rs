@@ -81,7 +81,7 @@ pub enum Facing {
 impl Placing {
     pub fn new(at: Option<Point>, turn: (f64, f64, f64), look_at: Option<Point>) -> Outcome<Self> {
         let (yaw, pitch, roll) = turn;
-        if let Some(angle) = [yaw, pitch, roll].iter().find(|angle| !(angle.abs() <= 1e4)) {
+        if let Some(angle) = [yaw, pitch, roll].iter().find(|angle| !(-1e4..=1e4).contains(*angle)) {
             return Err(Failure::value(format!("expected angles in radians up to 10,000, found {angle}")));
         }
         let at = at.map_or(DVec3::ZERO, Point::vector);

@@ -59,12 +59,28 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording of a run that has got as far as its clock says. One that `is_under_way` may be another than
-    /// its scene's even before its first step.
+    /// Begins a recording of a run that has got as far as its clock says, and to which nothing came before its first
+    /// step.
     ///
     /// # Errors
     /// [`RecordingError::Output`].
-    pub fn create(
+    pub fn create(path: &Path, identity: Identity, simulation: &mut Simulation) -> Result<Self, RecordingError> {
+        Self::begin(path, identity, false, simulation)
+    }
+
+    /// Begins a recording of a run as it is: its state may be another than its scene's even before its first step.
+    ///
+    /// # Errors
+    /// [`RecordingError::Output`].
+    pub fn create_under_way(
+        path: &Path,
+        identity: Identity,
+        simulation: &mut Simulation,
+    ) -> Result<Self, RecordingError> {
+        Self::begin(path, identity, true, simulation)
+    }
+
+    fn begin(
         path: &Path,
         identity: Identity,
         is_under_way: bool,

@@ -82,7 +82,7 @@ impl Stepper {
             load_snapshot(path, identity, simulation)?;
         }
         if let (Some(path), Some(identity)) = (&files.record, identity) {
-            stepper.recorder = Some(Recorder::create(path, identity, false, simulation)?);
+            stepper.recorder = Some(Recorder::create(path, identity, simulation)?);
         }
         stepper.write_hashes(files.hash.as_deref(), simulation)?;
         Ok(stepper)
@@ -105,7 +105,7 @@ impl Stepper {
         refuse_overwriting(&files, scene, named)?;
         output::check_folder(path)?;
         let identity = Identity::of(scene, named, &*simulation)?;
-        self.recorder = Some(Recorder::create(path, identity, true, simulation)?);
+        self.recorder = Some(Recorder::create_under_way(path, identity, simulation)?);
         Ok(())
     }
 

@@ -1,16 +1,18 @@
 //! Views of several worlds in one submission: world after world is prepared and encoded, then all is handed in.
 //!
-//! What is uploaded of each world has buffers of its own, so that nothing that is written for one changes what was encoded
-//! for another.
+//! What is uploaded of each world has buffers of its own, so that nothing that is written for one changes what was
+//! encoded for another.
 
 use super::shadow_maps::views_with_room;
 use super::view_batches::{BatchKey, ViewBatches};
 use super::{Outputs, RenderError, Renderer, ViewPlan};
 use systems::draw::{FrameData, ToneMap};
 
+/// What is done with the frame of a world.
+pub type ReadFrame<'a> = dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError> + 'a;
+
 /// Hands over the frame of a world, by its place in a list of worlds.
-pub type Lend<'a> =
-    dyn FnMut(usize, &mut dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError>) -> Result<(), RenderError> + 'a;
+pub type Lend<'a> = dyn FnMut(usize, &mut ReadFrame<'_>) -> Result<(), RenderError> + 'a;
 
 impl Renderer {
     /// Draws views of several worlds and reads back what their settings ask for: of each world in the order of its plans.

@@ -20,6 +20,7 @@
 //! A window, a file and a test call the same functions: a target is any texture view. Programs with one camera have
 //! [`SingleView`].
 
+mod batch_encoder;
 mod cell_view;
 mod cpu_rasterizer;
 mod culling;
@@ -71,7 +72,7 @@ pub use faults::Faults;
 pub use few_objects::SlotSet;
 pub use gpu::{Gpu, GpuError, instance_flags};
 pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
-pub use many_worlds::Lend;
+pub use many_worlds::{Lend, ReadFrame};
 pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};

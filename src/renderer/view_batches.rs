@@ -11,6 +11,7 @@
 //! Layers, not parts of one large texture with a viewport each: where a view lies in a texture changes how window
 //! coordinates and planes round. In layers a view's bits are those that it has alone, whatever is drawn beside it.
 
+use super::batch_encoder::BatchEncoder;
 use super::encode::color_attachment;
 use super::objects::Encoded;
 use super::outputs::{OutputTexture, OutputTextures};
@@ -21,7 +22,6 @@ use super::shadow_maps::views_with_room;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT, Hdr, Targets, layer_view, layered_texture};
 use super::{
     DebugView, Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, Settings, SlotSet, ViewPlan, ViewState,
-    ViewTarget,
 };
 use std::sync::Arc;
 use systems::draw::FrameData;
@@ -48,7 +48,7 @@ pub struct ViewBatches {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct BatchKey {
     size: (u32, u32),
-    samples: u32,
+    pub samples: u32,
     outputs: OutputSet,
     /// They have the scene's tone map, which debug views have not.
     tone_mapped: bool,
@@ -210,51 +210,6 @@ impl Batch {
                 state.set_layer(textures.layer(self.key, index));
             }
             self.textures = Some(textures);
-        }
-        Ok(())
-    }
-}
-
-/// The views of a batch, as they are encoded world by world.
-pub(super) struct BatchEncoder<'a> {
-    renderer: &'a mut Renderer,
-    key: BatchKey,
-    states: &'a mut [ViewState],
-    /// All in one, or one for each view.
-    pictures: &'a [wgpu::TextureView],
-    encoder: wgpu::CommandEncoder,
-    encoded: Encoded,
-    /// The first state that has no view yet.
-    next: usize,
-}
-
-impl BatchEncoder<'_> {
-    /// Prepares and encodes the next views, which are of one world.
-    pub fn encode(
-        &mut self,
-        frame: &mut FrameData<'_>,
-        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
-    ) -> Result<(), RenderError> {
-        let Self { renderer, key, states, pictures, encoder, encoded, next } = self;
-        let first = std::mem::replace(next, *next + views.len());
-        let states = &mut states[first..*next];
-        let mut prepared = Vec::with_capacity(views.len());
-        for (state, (plan, only)) in states.iter_mut().zip(views) {
-            state.only = only;
-            prepared.push((state, plan));
-        }
-        renderer.prepare(frame, &mut prepared)?;
-        let targets: Vec<_> = (first..)
-            .zip(states)
-            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
-            .collect();
-        renderer.begin_encoding(encoder, &targets);
-        for mut target in targets {
-            renderer.encode_scene(encoder, &mut target, encoded);
-            if key.samples > 1 {
-                renderer.encode_tone_map(encoder, &target);
-            }
-            target.state.drawn_now();
         }
         Ok(())
     }

@@ -4,8 +4,8 @@
 //! Loading spawns the same entities in the same order, so a number names each of them ([`crate::run::registry`]); those
 //! that are gone by the time of the snapshot are named and taken out again; what came later is built again from what it
 //! came by and numbered as it was. In a world whose run went on meanwhile, what has come since is taken out first; what
-//! came by the same and is whole stays. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked
-//! out by the next frame, as ever.
+//! came by the same and is whole stays. Then every kind of state ([`crate::run::state`]) gets its values. What follows
+//! from the state is worked out by the next frame, as ever.
 
 use super::registry::{self, EntityRegistry, Family, StateId};
 use super::spawn::Spawn;
