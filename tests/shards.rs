@@ -122,9 +122,9 @@ fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_sa
     let cut = folder.join("job/02/data/color_00006.png");
     let whole = fs::read(&cut).expect("read");
     fs::write(&cut, &whole[..whole.len() / 2]).expect("written");
-    let missing = "shard 1 is not rendered; to render it: relief render --shard job/shards.json:1";
-    let damaged = "shard 2 data/color_00006.png is damaged";
-    refused(&merge(&[]), 4, &["2 of 3 shards are missing", missing, damaged]);
+    let missing = "shard 1: not rendered";
+    let damaged = "shard 2: data/color_00006.png is damaged";
+    refused(&merge(&[]), 4, &["2 of 3 shards are missing", missing, damaged, "--shard job/shards.json:1\n"]);
     done(&["render", "--shard", "job/shards.json:2", "--resume"], folder);
     assert_eq!(fs::read(&cut).expect("read"), whole);
     fs::rename(folder.join("gone"), folder.join("job/01")).expect("moved");
@@ -144,9 +144,9 @@ fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_sa
     edit(last, "00000000000000000000000000000001");
     refused(&merge(&[]), 2, &["after step 5, the state of shard 1 is not that with which shard 2 begins"]);
     edit("\"job\": \"", "\"job\": \"0");
-    refused(&merge(&[]), 4, &["shard 1 was rendered for another shards.json"]);
+    refused(&merge(&[]), 4, &["shard 1: rendered for another shards.json"]);
     fs::write(&manifest, "{}").expect("written");
-    refused(&merge(&[]), 4, &["shard 1 manifest.json is damaged"]);
+    refused(&merge(&[]), 4, &["shard 1: manifest.json is damaged"]);
     fs::write(&manifest, &own).expect("written");
     // By default into the job's folder.
     done(&["merge", "job", "--video", "merged.apng"], folder);

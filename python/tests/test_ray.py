@@ -86,7 +86,7 @@ def test_a_killed_worker_and_a_cut_file_change_nothing(relief, tmp_path):
         running.kill()
     assert running.returncode == 0, errors
     assert said.strip().endswith(str(job / "merged")), said
-    assert "shard 0 data/color_00004.png is damaged" in errors
+    assert "shard 0: data/color_00004.png is damaged" in errors
     assert errors.count("6 of 6 shards") == 2
     assert files(job / "merged") == files(one)
     assert len(files(one)) == 2 * 16 + 1

@@ -82,12 +82,19 @@ impl From<GpuError> for Failure {
 
 impl From<ShardError> for Failure {
     fn from(error: ShardError) -> Self {
-        let code = match error {
+        let (message, code) = match error {
             ShardError::Frame(error) => return error.into(),
-            ShardError::Refused { .. } => BAD_INPUT,
-            ShardError::Incomplete { .. } => INCOMPLETE,
+            ShardError::Refused { .. } => (error.to_string(), BAD_INPUT),
+            ShardError::Mixed { .. } => (format!("{error}. --mixed takes them all the same"), BAD_INPUT),
+            ShardError::Incomplete { ref job, ref missing, .. } => {
+                let mut message = format!("{error}\nTo render them:");
+                for (shard, _) in missing {
+                    message += &format!("\n  relief render --resume --shard {}:{shard}", job.display());
+                }
+                (message, INCOMPLETE)
+            }
         };
-        Self { message: Some(error.to_string()), code }
+        Self { message: Some(message), code }
     }
 }
 

@@ -102,11 +102,6 @@ impl Job {
         job.with_file_name(format!("{shard:0digits$}"))
     }
 
-    /// What others call a shard: `job/shards.json:7`.
-    pub fn name_of(job: &Path, shard: usize) -> String {
-        format!("{}:{shard}", job.display())
-    }
-
     pub(super) fn write(&self, path: &Path) -> Result<(), ShardError> {
         let text = self.text().map_err(|error| ShardError::refused(path, error))?;
         Ok(output::write_whole(path, text.as_bytes())?)

@@ -91,13 +91,13 @@ impl Manifest {
     /// Why the shard is to be rendered.
     pub fn check(folder: &Path, job: &str) -> Result<Self, String> {
         if !folder.is_dir() {
-            return Err("is not rendered".to_owned());
+            return Err("not rendered".to_owned());
         }
         let file = File::open(folder.join(NAME)).map_err(|error| format!("{NAME}: {error}"))?;
         let manifest: Self =
             serde_json::from_reader(BufReader::new(file)).map_err(|error| format!("{NAME} is damaged: {error}"))?;
         if manifest.job != job {
-            return Err("was rendered for another shards.json".to_owned());
+            return Err("rendered for another shards.json".to_owned());
         }
         for (name, hash) in &manifest.blake3 {
             match output::hash_of(&folder.join(name)) {

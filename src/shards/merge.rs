@@ -51,7 +51,7 @@ pub fn merge(path: &Path, options: &MergeOptions) -> Result<Option<PathBuf>, Sha
         let has_colors =
             manifests.iter().flat_map(|manifest| manifest.blake3.keys()).any(|name| name.starts_with("data/color_"));
         if is_of_sensors || !has_colors {
-            return Err(ShardError::refused(path, "--video: the job has no colour frames"));
+            return Err(ShardError::refused(path, "the job has no colour frames to make a film of"));
         }
         video::check(film)?;
     }
@@ -87,10 +87,7 @@ fn manifests(path: &Path, job: &Job, hash: &str) -> Result<Vec<Manifest>, ShardE
     for shard in 0..job.shards.len() {
         match Manifest::check(&job.folder_of(path, shard), hash) {
             Ok(manifest) => manifests.push(manifest),
-            Err(reason) => {
-                let name = Job::name_of(path, shard);
-                missing.push(format!("shard {shard} {reason}; to render it: relief render --shard {name}"));
-            }
+            Err(reason) => missing.push((shard, reason)),
         }
     }
     if missing.is_empty() {
@@ -110,22 +107,21 @@ fn check_states(path: &Path, manifests: &[Manifest]) -> Result<(), ShardError> {
 }
 
 fn check_machines(path: &Path, manifests: &[Manifest], mixed: bool) -> Result<(), ShardError> {
-    let mut machines: Vec<(&Machine, usize)> = Vec::new();
+    let mut machines: Vec<(usize, &Machine)> = Vec::new();
     for (shard, manifest) in manifests.iter().enumerate() {
-        if !machines.iter().any(|(known, _)| **known == manifest.machine) {
-            machines.push((&manifest.machine, shard));
+        if !machines.iter().any(|(_, known)| **known == manifest.machine) {
+            machines.push((shard, &manifest.machine));
         }
     }
     if machines.len() < 2 {
         return Ok(());
     }
-    let listed: Vec<String> = machines.iter().map(|(machine, shard)| format!("shard {shard}: {machine}")).collect();
-    let message =
-        format!("rendered by {} kinds of machines, whose pictures may differ: {}", machines.len(), listed.join("; "));
+    let machines = machines.into_iter().map(|(shard, machine)| (shard, machine.to_string())).collect();
+    let differing = ShardError::Mixed { job: path.to_owned(), machines };
     if !mixed {
-        return Err(ShardError::refused(path, message + "; --mixed takes them all the same"));
+        return Err(differing);
     }
-    tracing::warn!("{}: {message}", path.display());
+    tracing::warn!("{differing}");
     Ok(())
 }
 

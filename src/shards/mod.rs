@@ -43,18 +43,34 @@ pub enum ShardError {
         message: String,
     },
     /// Shards that are not there, or not whole.
-    #[error("{}: {} of {of} shards are missing:\n{}", job.display(), missing.len(), missing.join("\n"))]
+    #[error("{}: {} of {of} shards are missing: {}", job.display(), missing.len(), listed(missing))]
     Incomplete {
         /// The file of the job.
         job: PathBuf,
         /// How many there are to be.
         of: usize,
-        /// A line for each that is missing: why, and how to render it.
-        missing: Vec<String>,
+        /// Which, and why each.
+        missing: Vec<(usize, String)>,
+    },
+    /// Shards that different machines, drivers or versions of the program have rendered.
+    #[error(
+        "{}: rendered by {} kinds of machines, whose pictures may differ: {}",
+        job.display(), machines.len(), listed(machines)
+    )]
+    Mixed {
+        /// The file of the job.
+        job: PathBuf,
+        /// Each kind, with the first shard of it.
+        machines: Vec<(usize, String)>,
     },
     /// What stops a run.
     #[error(transparent)]
     Frame(#[from] FrameError),
+}
+
+fn listed(shards: &[(usize, String)]) -> String {
+    let listed: Vec<String> = shards.iter().map(|(shard, said)| format!("shard {shard}: {said}")).collect();
+    listed.join("; ")
 }
 
 impl ShardError {
