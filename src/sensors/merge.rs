@@ -54,7 +54,7 @@ pub(crate) fn merge(
     let has = |name: &str| parts.iter().all(|part| part.data.join(name).is_file());
     let mut made = vec![folder.join(DESCRIPTION)];
     let description = description(parts)?;
-    write(&made[0], |to| Ok(to.extend(format!("{description:#}\n").bytes())))?;
+    write(&made[0], Ok(format!("{description:#}\n").into_bytes()))?;
     if has(LOG) {
         made.push(folder.join(LOG));
         merge_logs(parts, &folder.join(LOG))?;
@@ -68,7 +68,7 @@ pub(crate) fn merge(
     let Some(last) = parts.last() else { return Ok(()) };
     let mut manifest: Manifest = read_json(&last.data.join(MANIFEST))?;
     manifest.blake3 = hashes;
-    write(&folder.join(MANIFEST), |to| Ok(to.extend(manifest.text()?.bytes())))
+    write(&folder.join(MANIFEST), manifest.text().map(String::into_bytes).map_err(Into::into))
 }
 
 fn refused(path: &Path, message: impl std::fmt::Display) -> FrameError {
@@ -80,9 +80,8 @@ fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FrameError> {
     serde_json::from_reader(BufReader::new(file)).map_err(|error| refused(path, error))
 }
 
-fn write(path: &Path, encode: impl FnOnce(&mut Vec<u8>) -> std::io::Result<()>) -> Result<(), FrameError> {
-    let mut bytes = Vec::new();
-    encode(&mut bytes).map_err(|error| OutputError::io(path, error))?;
+fn write(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<(), FrameError> {
+    let bytes = bytes.map_err(|error| OutputError::io(path, error))?;
     output::make_folder(path.parent().unwrap_or(Path::new("")))?;
     Ok(output::write_whole(path, &bytes)?)
 }
@@ -147,7 +146,9 @@ fn merge_json<T: Serialize + DeserializeOwned>(
         }
     }
     let path = folder.join(name);
-    write(&path, |to| coco::write(to, &whole))?;
+    let mut bytes = Vec::new();
+    let encoded = coco::write(&mut bytes, &whole);
+    write(&path, encoded.map(|()| bytes))?;
     Ok(path)
 }
 

@@ -11,6 +11,7 @@ use crate::video;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use systems::ecs::parallel::map_in_parallel;
 
 /// The names of ids that pictures have, the same for all frames.
 const NAMES_OF_IDS: &str = "ids.json";
@@ -83,9 +84,11 @@ pub fn merge(path: &Path, options: &MergeOptions) -> Result<Option<PathBuf>, Sha
 
 /// The manifests of all shards, whose files are whole.
 fn manifests(path: &Path, job: &Job, hash: &str) -> Result<Vec<Manifest>, ShardError> {
+    systems::set_threads(None);
+    let checked = map_in_parallel(0..job.shards.len(), |shard| Manifest::check(&job.folder_of(path, shard), hash));
     let (mut manifests, mut missing) = (Vec::new(), Vec::new());
-    for shard in 0..job.shards.len() {
-        match Manifest::check(&job.folder_of(path, shard), hash) {
+    for (shard, checked) in checked.into_iter().enumerate() {
+        match checked {
             Ok(manifest) => manifests.push(manifest),
             Err(reason) => missing.push((shard, reason)),
         }
