@@ -35,6 +35,7 @@ const SCENE: &str = r#"(
             (name: "mast", sensor: gnss(every: 2)),
         ]),
         (name: "post", transform: (translation: (5, 2, 5)), sensor: lidar(beams: vlp16, hz: 60, every: 4)),
+        (name: "late", sensor: lidar(beams: vlp16, hz: 60, every: 60)),
         (name: "view", camera: (), transform: (translation: (0, 4, -6), rotation_degrees: (-20, 180, 0))),
     ],
 )"#;
@@ -88,6 +89,8 @@ fn shards_of_sensors_are_together_what_one_process_writes() {
     assert_eq!((counted("front/flow_0"), counted("front/kitti/flow"), counted("rear/flow_0")), (8, 4, 16));
     assert_eq!((counted("top/kitti"), counted("kitti/velodyne"), counted("sensors.mcap")), (0, 7, 1));
     assert_eq!(counted(".mp4"), if has_ffmpeg { 7 } else { 0 });
+    // A sensor that is not due in these frames has an empty folder.
+    assert!(["one", "merged"].iter().all(|name| folder.join(name).join("late").is_dir()));
     // What was rendered already stays, and so does what was put together.
     let said = done(&["render", "--shard", "job/shards.json:2", "--resume"], folder);
     assert_eq!(said.trim(), "nothing to do: job/02 is whole");
@@ -145,6 +148,8 @@ fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_sa
     refused(&merge(&[]), 2, &["after step 5, the state of shard 1 is not that with which shard 2 begins"]);
     edit("\"job\": \"", "\"job\": \"0");
     refused(&merge(&[]), 4, &["shard 1: rendered for another shards.json"]);
+    edit("\"data/color_00003.png\"", "\"data/../../../scene.ron\"");
+    refused(&merge(&[]), 4, &["shard 1: manifest.json is damaged: \"data/../../../scene.ron\" is no file"]);
     fs::write(&manifest, "{}").expect("written");
     refused(&merge(&[]), 4, &["shard 1: manifest.json is damaged"]);
     fs::write(&manifest, &own).expect("written");

@@ -241,14 +241,17 @@ fn poses(world: &mut World) -> Poses {
     named.into_iter().map(placed).collect()
 }
 
-/// How many steps before a frame a run has to begin for its captures from there on to be those of a longer run: what is
-/// measured between captures goes by the one before, an IMU by the two before.
+/// How many steps before a frame a run has to begin for its captures from there on to be those of a longer run: so many
+/// intervals as a sensor measures over.
 ///
 /// # Errors
 /// [`FrameError`]: what [`render_sensors`] refuses of the job's sensors and formats.
 pub(crate) fn steps_before(job: &SensorJob, world: &mut World) -> Result<u64, FrameError> {
-    let every = choose(job, world)?.into_values().map(|sensor| u64::from(sensor.every)).max();
-    Ok(2 * every.unwrap_or_default())
+    let steps = |sensor: Sensor| {
+        let intervals = motion::poses_needed(&sensor.kind).max(usize::from(next_of_pair(&sensor, 0).is_some()));
+        intervals as u64 * u64::from(sensor.every)
+    };
+    Ok(choose(job, world)?.into_values().map(steps).max().unwrap_or_default())
 }
 
 /// The sensors that a job asks for, by their names.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use systems::run::state_hash::StateHash;
 
 /// The file's name in the shard's folder.
@@ -100,6 +100,9 @@ impl Manifest {
             return Err("rendered for another shards.json".to_owned());
         }
         for (name, hash) in &manifest.blake3 {
+            if !Path::new(name).components().all(|part| matches!(part, Component::Normal(_))) {
+                return Err(format!("{NAME} is damaged: {name:?} is no file of the shard"));
+            }
             match output::hash_of(&folder.join(name)) {
                 Ok(found) if found == *hash => {}
                 Ok(_) => return Err(format!("{name} is damaged: its BLAKE3 is not that of {NAME}")),

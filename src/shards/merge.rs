@@ -31,8 +31,8 @@ pub struct MergeOptions {
 /// where one was asked for.
 ///
 /// # Errors
-/// [`ShardError::Incomplete`]: shards are missing or damaged. [`ShardError::Refused`]: they are not of one kind of machine
-/// and not [mixed](MergeOptions::mixed), or not of one run. Nothing is written then.
+/// [`ShardError::Incomplete`]: shards are missing or damaged. [`ShardError::Mixed`]: they are not of one kind of machine.
+/// [`ShardError::Refused`]: they are not of one run. Nothing is written then.
 pub fn merge(path: &Path, options: &MergeOptions) -> Result<Option<PathBuf>, ShardError> {
     let (job, hash) = Job::read(path)?;
     let MergeOptions { folder, mixed, video } = options;
@@ -60,6 +60,7 @@ pub fn merge(path: &Path, options: &MergeOptions) -> Result<Option<PathBuf>, Sha
     let mut hashes = BTreeMap::new();
     for (shard, (part, manifest)) in parts.iter().zip(&manifests).enumerate() {
         let is_last = shard + 1 == parts.len();
+        make_folders(&part.data, whole.folder())?;
         for (name, hash) in &manifest.blake3 {
             let Some(name) = name.strip_prefix("data/") else { continue };
             let is_made = if is_of_sensors { sensors::is_of_run(name) } else { name == NAMES_OF_IDS && !is_last };
@@ -128,9 +129,19 @@ fn check_machines(path: &Path, manifests: &[Manifest], mixed: bool) -> Result<()
     Ok(())
 }
 
+/// Makes the folders that are below one below another, those of sensors without captures, too.
+fn make_folders(from: &Path, to: &Path) -> Result<(), ShardError> {
+    output::make_folder(to)?;
+    for entry in fs::read_dir(from).map_err(|error| ShardError::refused(from, error))?.flatten() {
+        if entry.path().is_dir() {
+            make_folders(&entry.path(), &to.join(entry.file_name()))?;
+        }
+    }
+    Ok(())
+}
+
 /// One file under two names, where the file system has such; else a copy.
 fn link(from: &Path, to: &Path) -> Result<(), ShardError> {
-    output::make_folder(to.parent().unwrap_or(Path::new("")))?;
     let linked = fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(|_| ()));
     Ok(linked.map_err(|error| OutputError::io(to, error))?)
 }

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! A capture is a function of the states after its step and, at most, at the two steps before at which its sensor was
-//! due. So a shard begins two intervals early, without files of these, and what it writes is what the whole run writes
-//! there. Files that are about the whole run (logs, COCO's, films, `sensors.json`) are written in parts, and put
+//! due. So a shard begins up to two intervals early, without files of these, and what it writes is what the whole run
+//! writes there. Files that are about the whole run (logs, COCO's, films, `sensors.json`) are written in parts, and put
 //! together by the writers that write those of a whole run.
 
 mod job;
