@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A rig that turns, with cameras of two rhythms, a lidar that sweeps, an IMU and a receiver of GNSS; two things, one of
-/// which turns too, and is not seen all the time; a lidar by itself.
+/// A rig that turns, with cameras of two rhythms, a lidar that sweeps, an IMU and a receiver of GNSS; two things, one
+/// of which turns too, and is not seen all the time; a lidar by itself.
 const SCENE: &str = r#"(
     clock: (step_seconds: 0.0166667),
     geo_origin: (latitude_degrees: 49, longitude_degrees: 8.4, altitude: 110),

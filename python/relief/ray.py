@@ -54,7 +54,7 @@ def render(job, shards, relief="relief", cpus=1, gpus=0, attempts=3, report=lamb
         shards: numbers of shards.
         relief: the program, on all machines.
         cpus, gpus: what a shard takes of a machine; numbers below 1 share a GPU.
-        attempts: how often a shard is tried that fails on its own; those whose machines are lost are begun anew besides.
+        attempts: how often a shard is tried that fails by itself; one whose machine is lost is begun anew besides.
         report: called after each shard with how many are done, and of how many.
 
     Raises:
@@ -64,7 +64,7 @@ def render(job, shards, relief="relief", cpus=1, gpus=0, attempts=3, report=lamb
     waiting = deque((shard, 1) for shard in shards)
     running = {}
     done, of = 0, len(waiting)
-    # So many at once that a cluster which grows has always some to take, and not all of 10,000 are asked about each time.
+    # So many at once that a cluster which grows has always some to take; not all of 10,000, which are asked about often.
     most = max(64, 4 * int(ray.cluster_resources().get("CPU", 1)))
     while waiting or running:
         while waiting and len(running) < most:

@@ -28,7 +28,8 @@ pub(super) struct FilmWriter {
     films: BTreeMap<PathBuf, Film>,
 }
 
-/// The pictures of films of a part of a run, to be made films with those of the others: `FILMS/ego/front/color/00012.png`.
+/// The pictures of films of a part of a run, to be made films with those of the others:
+/// `FILMS/ego/front/color/00012.png`.
 pub(super) struct FilmPictures {
     films: PathBuf,
     classes: Classes,

@@ -1,5 +1,5 @@
-//! The data sets of the parts of a run, put together to that of the run. Files of single captures are all there, and stay
-//! as they are; what is made of a run as a whole is made of what the parts have of it.
+//! The data sets of the parts of a run, put together to that of the run. Files of single captures are all there, and
+//! stay as they are; what is made of a run as a whole is made of what the parts have of it.
 //!
 //! ```text
 //! sensors.json      the captures of all

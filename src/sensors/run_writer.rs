@@ -109,7 +109,10 @@ impl RunInfo<'_> {
 
     /// The names of cameras with boxes, of which there may be none in a picture.
     pub fn labelled(&self) -> BTreeSet<String> {
-        let has_boxes = |sensor: &Sensor| matches!(&sensor.kind, SensorKind::Camera(camera) if camera.outputs.has(CameraOutput::Boxes));
+        let has_boxes = |sensor: &Sensor| match &sensor.kind {
+            SensorKind::Camera(camera) => camera.outputs.has(CameraOutput::Boxes),
+            _ => false,
+        };
         self.sensors.iter().filter(|(_, sensor)| has_boxes(sensor)).map(|(name, _)| name.clone()).collect()
     }
 

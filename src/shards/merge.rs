@@ -27,12 +27,12 @@ pub struct MergeOptions {
     pub video: Option<PathBuf>,
 }
 
-/// Puts the shards of a job together. Files of single frames are linked where that can be, else copied. Returns the film,
-/// where one was asked for.
+/// Puts the shards of a job together. Files of single frames are linked where that can be, else copied. Returns the
+/// film, where one was asked for.
 ///
 /// # Errors
-/// [`ShardError::Incomplete`]: shards are missing or damaged. [`ShardError::Mixed`]: they are not of one kind of machine.
-/// [`ShardError::Refused`]: they are not of one run. Nothing is written then.
+/// [`ShardError::Incomplete`]: shards are missing or damaged. [`ShardError::Mixed`]: they are not of one kind of
+/// machine. [`ShardError::Refused`]: they are not of one run. Nothing is written then.
 pub fn merge(path: &Path, options: &MergeOptions) -> Result<Option<PathBuf>, ShardError> {
     let (job, hash) = Job::read(path)?;
     let MergeOptions { folder, mixed, video } = options;
