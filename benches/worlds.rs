@@ -3,13 +3,13 @@
 //!
 //! `cargo bench --bench worlds -- SCENE --worlds 64` prints a line of JSON for each round: milliseconds of processor
 //! time of all threads and of wall clock per environment step, and how much of these the steps of the simulation and
-//! the captures take. `forked_ms` is what it takes to make a world.
+//! the captures take. `made_ms` is what it takes to make a world.
 
 use clap::Parser;
 use cpu_time::ProcessTime;
-use relief::renderer::{Gpu, ViewBatches};
+use relief::renderer::{Gpu, Settings};
 use relief::scene::Template;
-use relief::sensors::{SensorSuite, capture_worlds};
+use relief::sensors::{Captured, Drawing, Wanted, WorldSensors};
 use serde_json::json;
 use std::error::Error;
 use std::hint::black_box;
@@ -64,24 +64,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let args = Args::parse_from(std::env::args().filter(|argument| argument != "--bench"));
     let gpu = Gpu::headless()?;
     let template = Template::load(&args.scene)?;
-    // What all worlds share is uploaded and compiled once.
-    let (mut first, _) = template.instantiate(None);
-    let mut shared = SensorSuite::new(&gpu);
-    shared.capture(&mut first)?;
-
-    let mut forking = Spent::default();
     let seeds = 0..args.worlds as u64;
-    let mut worlds: Vec<(SensorSuite, Simulation)> =
-        forking.measure(|| seeds.map(|seed| (shared.fork(), template.instantiate(Some(seed)).0)).collect());
-    let mut batches = ViewBatches::default();
+    let make = |seed| (WorldSensors::default(), template.instantiate(Some(seed)).0);
+    let mut making = Spent::default();
+    let mut worlds: Vec<(WorldSensors, Simulation)> = making.measure(|| seeds.map(make).collect());
+    let mut drawing = Drawing::of_many(&gpu);
     for round in 0..=args.rounds {
         let (mut stepping, mut capturing, mut count) = (Spent::default(), Spent::default(), 0.0);
         while stepping.wall + capturing.wall < Duration::from_secs_f64(if round == 0 { 1.0 } else { args.seconds }) {
             stepping.measure(|| {
                 in_parallel(worlds.iter_mut(), |(_, world)| (0..args.steps).for_each(|_| world.step()));
             });
-            let mut pairs: Vec<_> = worlds.iter_mut().map(|(suite, world)| (suite, world)).collect();
-            let captures = capturing.measure(|| capture_worlds(&mut pairs, &mut batches, |_| true))?;
+            let all = |_: &str| true;
+            let asked = |(sensors, world)| -> Captured<'_> { (world, sensors, Wanted::Due(&all)) };
+            let mut asked: Vec<_> = worlds.iter_mut().map(|(sensors, world)| asked((sensors, world))).collect();
+            let captures = capturing.measure(|| drawing.capture(&Settings::default(), &mut asked))?;
             black_box(&captures);
             count += args.worlds as f64;
         }
@@ -89,7 +86,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let wall = (stepping.wall + capturing.wall).as_secs_f64();
             let line = json!({
                 "worlds": args.worlds, "stepping": stepping.each(count), "capturing": capturing.each(count),
-                "steps_per_second": count / wall, "forked_ms": forking.each(args.worlds as f64)["wall_ms"],
+                "steps_per_second": count / wall, "made_ms": making.each(args.worlds as f64)["wall_ms"],
             });
             println!("{line}");
         }

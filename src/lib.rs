@@ -23,6 +23,7 @@
 //! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
 //! sensors   cameras and lidars as sensors, captured together           box_tree, triangle_tree   what rays meet
+//! shards    a run in parts that many machines render
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -66,6 +67,7 @@ pub mod scene;
 pub mod sensors;
 #[cfg(feature = "tools")]
 pub mod shadow_error;
+pub mod shards;
 #[cfg(feature = "tools")]
 pub mod technique_error;
 #[cfg(feature = "tools")]

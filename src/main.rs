@@ -1,6 +1,6 @@
-//! The command line: `relief run, render, replay, lights, gallery, compare, bench, map, check, info`.
+//! The command line: `relief run, render, split, merge, replay, lights, gallery, compare, bench, map, check, info`.
 //!
-//! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
+//! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.
 
 mod commands;
 

@@ -56,6 +56,7 @@ fn job(scene: &str, home: &Path, folder: &str, formats: &[FileFormat]) -> Sensor
         load: LoadOptions::default(),
         run: RunFiles::default(),
         realtime: false,
+        part: None,
     }
 }
 

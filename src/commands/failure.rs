@@ -6,6 +6,7 @@ use relief::maps::MapError;
 use relief::output::OutputError;
 use relief::recording::RecordingError;
 use relief::renderer::{GpuError, RenderError};
+use relief::shards::ShardError;
 use relief::video::VideoError;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
@@ -14,6 +15,8 @@ use std::process::ExitCode;
 const BAD_INPUT: u8 = 2;
 /// No usable graphics adapter.
 const NO_ADAPTER: u8 = 3;
+/// Shards are missing.
+const INCOMPLETE: u8 = 4;
 /// Anything else.
 const OTHER: u8 = 1;
 
@@ -74,6 +77,24 @@ impl From<RecordingError> for Failure {
 impl From<GpuError> for Failure {
     fn from(error: GpuError) -> Self {
         FrameError::from(error).into()
+    }
+}
+
+impl From<ShardError> for Failure {
+    fn from(error: ShardError) -> Self {
+        let (message, code) = match error {
+            ShardError::Frame(error) => return error.into(),
+            ShardError::Refused { .. } => (error.to_string(), BAD_INPUT),
+            ShardError::Mixed { .. } => (format!("{error}. --mixed takes them all the same"), BAD_INPUT),
+            ShardError::Incomplete { ref job, ref missing, .. } => {
+                let mut message = format!("{error}\nTo render them:");
+                for (shard, _) in missing {
+                    message += &format!("\n  relief render --resume --shard {}:{shard}", job.display());
+                }
+                (message, INCOMPLETE)
+            }
+        };
+        Self { message: Some(message), code }
     }
 }
 
@@ -155,7 +176,8 @@ fn code_of_frame(error: &FrameError) -> u8 {
         FrameError::Output(error)
         | FrameError::Video(VideoError::Output(error))
         | FrameError::Recording(RecordingError::Output(error)) => code_of_output(error),
-        FrameError::Video(VideoError::Failed { .. }) | FrameError::Recording(RecordingError::Diverged { .. }) => OTHER,
+        FrameError::Video(VideoError::Failed { .. })
+        | FrameError::Recording(RecordingError::Diverged { .. } | RecordingError::Parted { .. }) => OTHER,
     }
 }
 

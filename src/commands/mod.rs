@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! run, render, replay, lights, shadows, gallery, compare, bench, map, check, info    a command each
+//! split, shard, merge    a run in parts, and one of these
 //! window     what `run` and `replay` show
 //! view       what several commands take;  arguments: how their values are read
 //! progress   bars on a terminal
@@ -20,11 +21,14 @@ mod gallery;
 mod info;
 mod lights;
 mod map;
+mod merge;
 mod progress;
 mod render;
 mod replay;
 mod run;
 mod shadows;
+mod shard;
+mod split;
 mod view;
 mod window;
 
@@ -36,9 +40,11 @@ use failure::Failure;
 use frame_error::FrameErrorArgs;
 use gallery::GalleryArgs;
 use map::MapArgs;
+use merge::MergeArgs;
 use render::RenderArgs;
 use replay::ReplayArgs;
 use run::RunArgs;
+use split::SplitArgs;
 use std::time::Instant;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
@@ -67,13 +73,20 @@ Examples:
   relief map normal height.png -o normal.png      a normal map from a height map
   relief check scene.ron model.glb                validate the files
 
-Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
+Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.";
 
 impl Cli {
     /// What the command line says; where it says nothing sensible, ends the program.
     pub fn read() -> Self {
-        let matches = with_negative_numbers(Self::command()).get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+        let mut command = with_negative_numbers(Self::command());
+        let matches = command.get_matches_mut();
+        let mut cli = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        if let (Some(Command::Split(args)), Some((name, matches))) = (&mut cli.command, matches.subcommand())
+            && let Some(command) = command.find_subcommand(name)
+        {
+            args.keep_options(command, matches);
+        }
+        cli
     }
 
     /// The command to run.
@@ -96,6 +109,11 @@ pub enum Command {
     Run(RunArgs),
     /// Render frames to PNG files, without a window
     Render(RenderArgs),
+    /// Simulate a run once and split its frames into shards, for many machines to render
+    #[command(after_help = split::HELP)]
+    Split(SplitArgs),
+    /// Put rendered shards together to what one process would have written; exit code 4 where some are missing
+    Merge(MergeArgs),
     /// Replay a recorded run, in a window or as pictures
     #[command(after_help = replay::HELP)]
     Replay(ReplayArgs),
@@ -137,6 +155,8 @@ impl Command {
         match self {
             Self::Run(args) => run::run(&args),
             Self::Render(args) => render::run(&args),
+            Self::Split(args) => split::run(&args),
+            Self::Merge(args) => merge::run(&args),
             Self::Replay(args) => replay::run(&args),
             Self::Lights(args) => lights::run(&args),
             Self::Shadows(args) => shadows::run(&args),

@@ -3,12 +3,12 @@
 //! cocodataset.org. Masks are runs that are not packed further; boxes are left, top, width, height along pixel edges.
 
 use super::{check_count, pixels_of, unfit};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{Result, Write};
 
 /// A picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
     /// Its number, which no other has.
     pub id: u64,
@@ -21,7 +21,7 @@ pub struct Picture {
 }
 
 /// A class.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Category {
     /// Its number.
     pub id: u8,
@@ -36,7 +36,7 @@ pub struct Category {
 }
 
 /// Which pixels belong to a thing, column by column: so many do not, so many do, and so on in turn.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Runs {
     /// Height and width in pixels.
     pub size: [u32; 2],
@@ -56,7 +56,7 @@ pub struct Mask {
 }
 
 /// A thing in a picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Annotation {
     /// Its number, which no other of any picture has.
     pub id: u64,
@@ -75,7 +75,7 @@ pub struct Annotation {
 }
 
 /// A file of things: `instances_….json`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Instances {
     /// The pictures.
     pub images: Vec<Picture>,
@@ -86,6 +86,18 @@ pub struct Instances {
 }
 
 impl Instances {
+    /// Adds the pictures of a file of the same categories, numbered on from those that are there.
+    pub fn append(&mut self, other: Self) {
+        let pictures = self.images.len() as u64;
+        let annotations = self.annotations.len() as u64;
+        self.images.extend(numbered_on(other.images, pictures));
+        self.annotations.extend(other.annotations.into_iter().map(|annotation| Annotation {
+            id: annotation.id + annotations,
+            image_id: annotation.image_id + pictures,
+            ..annotation
+        }));
+    }
+
     /// Adds what is in a picture, as instances `[height, width]` tell, 0 for none. Things are numbered on in the order
     /// of their instances. `class_of` names the class of an instance; those of none are left out.
     ///
@@ -105,7 +117,7 @@ impl Instances {
 }
 
 /// A segment of a panoptic picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
     /// Its number in that picture.
     pub id: u32,
@@ -127,7 +139,7 @@ impl Segment {
 }
 
 /// The segments of a picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segments {
     /// The picture's number.
     pub image_id: u64,
@@ -138,7 +150,7 @@ pub struct Segments {
 }
 
 /// A file of segments: `panoptic_….json`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Panoptic {
     /// The pictures.
     pub images: Vec<Picture>,
@@ -146,6 +158,21 @@ pub struct Panoptic {
     pub annotations: Vec<Segments>,
     /// What that can be.
     pub categories: Vec<Category>,
+}
+
+impl Panoptic {
+    /// Adds the pictures of a file of the same categories, numbered on from those that are there.
+    pub fn append(&mut self, other: Self) {
+        let pictures = self.images.len() as u64;
+        self.images.extend(numbered_on(other.images, pictures));
+        let of_pictures = other.annotations.into_iter();
+        self.annotations
+            .extend(of_pictures.map(|segments| Segments { image_id: segments.image_id + pictures, ..segments }));
+    }
+}
+
+fn numbered_on(pictures: Vec<Picture>, before: u64) -> impl Iterator<Item = Picture> {
+    pictures.into_iter().map(move |picture| Picture { id: picture.id + before, ..picture })
 }
 
 /// A number as the colour of a panoptic picture: R + 256·G + 65536·B (`panopticapi/utils.py`); 24 bits of it.

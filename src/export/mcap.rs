@@ -4,12 +4,13 @@
 
 use super::ros::{Message, definition};
 use super::unfit;
+use mcap::io::MessageReader;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::io::{Result, Write};
+use std::io::{Read, Result, Write};
 
 /// After so many bytes of messages a chunk ends, and memory holds no more. Always the same, so that files are.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -17,7 +18,7 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// A topic, its number in the file, and how many messages it has had.
 struct Topic {
     channel: u16,
-    message_type: &'static str,
+    message_type: String,
     messages: u32,
 }
 
@@ -48,28 +49,53 @@ impl<W: Write> Log<W> {
     /// # Errors
     /// What the message has no place for; another type than the topic's earlier messages; what writing failed with.
     pub fn write<M: Message>(&mut self, topic: &str, nanoseconds: u64, message: &M) -> Result<()> {
-        let data = message.encode()?;
-        let topic = self.topic(topic, M::TYPE)?;
+        self.append(topic, M::TYPE, || definition(M::TYPE).into_bytes(), (nanoseconds, &message.encode()?))
+    }
+
+    /// Appends the messages of another log, in their order. The logs of the parts of a run, one after another, are that
+    /// of the run.
+    ///
+    /// # Errors
+    /// Where `from` is no such log, or as [`Self::write`].
+    pub fn append_all(&mut self, from: impl Read) -> Result<()> {
+        for message in MessageReader::new(from) {
+            let message = message.map_err(failed)?;
+            let channel = &message.channel;
+            let schema = channel.schema.as_ref().ok_or_else(|| unfit("MCAP: a message has no schema"))?;
+            let definition = || schema.data.to_vec();
+            self.append(&channel.topic, &schema.name, definition, (message.log_time, &message.data))?;
+        }
+        Ok(())
+    }
+
+    /// Appends an encoded message of a type.
+    fn append(
+        &mut self,
+        topic: &str,
+        message_type: &str,
+        definition: impl FnOnce() -> Vec<u8>,
+        (nanoseconds, data): (u64, &[u8]),
+    ) -> Result<()> {
+        let topic = self.topic(topic, message_type, definition)?;
         let (channel_id, sequence) = (topic.channel, topic.messages);
         topic.messages = topic.messages.wrapping_add(1);
         let header = MessageHeader { channel_id, sequence, log_time: nanoseconds, publish_time: nanoseconds };
-        self.writer.write_to_known_channel(&header, &data).map_err(failed)
+        self.writer.write_to_known_channel(&header, data).map_err(failed)
     }
 
-    fn topic(&mut self, name: &str, message_type: &'static str) -> Result<&mut Topic> {
+    fn topic(&mut self, name: &str, message_type: &str, definition: impl FnOnce() -> Vec<u8>) -> Result<&mut Topic> {
         let topic = match self.topics.entry(name.to_owned()) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
-                let text = definition(message_type);
-                let schema = self.writer.add_schema(message_type, "ros2msg", text.as_bytes()).map_err(failed)?;
+                let schema = self.writer.add_schema(message_type, "ros2msg", &definition()).map_err(failed)?;
                 let channel = self.writer.add_channel(schema, name, "cdr", &BTreeMap::new()).map_err(failed)?;
-                new.insert(Topic { channel, message_type, messages: 0 })
+                new.insert(Topic { channel, message_type: message_type.to_owned(), messages: 0 })
             }
         };
         if topic.message_type == message_type {
             return Ok(topic);
         }
-        let earlier = topic.message_type;
+        let earlier = &topic.message_type;
         Err(unfit(format!("MCAP topic {name}: expected a {earlier} like those before, found a {message_type}")))
     }
 

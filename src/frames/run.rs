@@ -109,14 +109,26 @@ impl FrameRun {
         Ok(self.stepper.step(&mut self.stage.simulation)?)
     }
 
-    /// After the last frame: writes what the run is kept in. Returns the snapshot's file, if one was asked for.
+    /// Writes a snapshot of the state as it is now.
+    ///
+    /// # Errors
+    /// [`FrameError::Recording`].
+    pub fn save_snapshot(&mut self, path: &Path) -> Result<(), FrameError> {
+        Ok(self.stepper.save_snapshot(path, &mut self.stage.simulation)?)
+    }
+
+    /// After the last frame: goes on to the last state that is expected, and writes what the run is kept in. Returns the
+    /// snapshot's file, if one was asked for.
     ///
     /// # Errors
     /// [`FrameError`].
     pub fn finish(&mut self, files: &RunFiles) -> Result<Option<PathBuf>, FrameError> {
+        while self.stepper.last_state().is_some_and(|last| self.step() < last) {
+            self.advance()?;
+        }
         self.stepper.finish(&mut self.stage.simulation)?;
         if let Some(path) = &files.save_snapshot {
-            self.stepper.save_snapshot(path, &mut self.stage.simulation)?;
+            self.save_snapshot(path)?;
         }
         Ok(files.save_snapshot.clone())
     }

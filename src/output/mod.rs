@@ -1,8 +1,12 @@
-//! Files that are written whole or not at all.
+//! Files and folders that are written whole or not at all.
 
+mod hashes;
 mod whole;
+mod whole_folder;
 
+pub use hashes::{hash_of, hashes_of};
 pub use whole::{WholeFile, write_whole, write_whole_with};
+pub use whole_folder::WholeFolder;
 
 use std::fs;
 use std::path::{Path, PathBuf};

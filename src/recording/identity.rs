@@ -27,7 +27,7 @@ pub struct Identity {
 }
 
 /// The version, and what this build lacks: the state of another is other state.
-const PROGRAM: &str = if cfg!(feature = "physics") {
+pub(crate) const PROGRAM: &str = if cfg!(feature = "physics") {
     env!("CARGO_PKG_VERSION")
 } else if cfg!(feature = "vehicles") {
     concat!(env!("CARGO_PKG_VERSION"), " without physics")

@@ -20,6 +20,7 @@ mod snapshots;
 mod stepper;
 
 pub use identity::Identity;
+pub(crate) use identity::PROGRAM;
 pub use player::{Recording, scene_of, seed_of};
 pub use recorder::Recorder;
 pub use snapshots::{Snapshot, load_snapshot, save_snapshot};
@@ -48,6 +49,12 @@ pub enum RecordingError {
         /// The recording.
         path: PathBuf,
         /// The first step that is known to differ.
+        step: u64,
+    },
+    /// A state that is not the one that was expected.
+    #[error("step {step}: the state is not that of relief split; was it made on another kind of machine?")]
+    Parted {
+        /// The step.
         step: u64,
     },
     /// A file that cannot be written.

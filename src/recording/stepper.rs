@@ -29,6 +29,8 @@ pub struct RunFiles {
     pub from_snapshot: Option<PathBuf>,
     /// The recording of a run that is to be had again, whose scene this is.
     pub replay: Option<PathBuf>,
+    /// States that the run must come to: steps, ascending, with the hashes after them. It goes on to the last of these.
+    pub states: Vec<(u64, StateHash)>,
 }
 
 impl RunFiles {
@@ -44,6 +46,8 @@ pub struct Stepper {
     hashes: Option<(PathBuf, File)>,
     recorder: Option<Recorder>,
     recording: Option<Recording>,
+    /// As in [`RunFiles::states`].
+    states: Vec<(u64, StateHash)>,
     /// What the run belongs to, as its files were when it began; `None` if they could not be read again.
     identity: Option<Identity>,
 }
@@ -64,7 +68,7 @@ impl Stepper {
         // Before anything is begun: one of them comes after the last frame.
         files.written().try_for_each(output::check_folder)?;
         files.save_snapshot.as_deref().map_or(Ok(()), output::check_file)?;
-        let mut stepper = Self::default();
+        let mut stepper = Self { states: files.states.clone(), ..Self::default() };
         let identity = Identity::of(scene, named, &*simulation);
         let identity = match files {
             RunFiles { record: None, from_snapshot: None, replay: None, .. } => identity.ok(),
@@ -85,6 +89,10 @@ impl Stepper {
             stepper.recorder = Some(Recorder::create(path, identity, simulation)?);
         }
         stepper.write_hashes(files.hash.as_deref(), simulation)?;
+        let step = step_of(simulation);
+        if stepper.state(step).is_some() {
+            stepper.check_state(step, state_hash::hash(&mut simulation.world))?;
+        }
         Ok(stepper)
     }
 
@@ -136,6 +144,20 @@ impl Stepper {
         self.recording.as_ref().is_some_and(|recording| step_of(simulation) >= recording.steps().1)
     }
 
+    /// The step of the last state that is expected.
+    pub fn last_state(&self) -> Option<u64> {
+        self.states.last().map(|(step, _)| *step)
+    }
+
+    fn state(&self, step: u64) -> Option<StateHash> {
+        self.states.iter().find(|(expected, _)| *expected == step).map(|(_, hash)| *hash)
+    }
+
+    fn check_state(&self, step: u64, hash: StateHash) -> Result<(), RecordingError> {
+        let is_other = self.state(step).is_some_and(|expected| expected != hash);
+        if is_other { Err(RecordingError::Parted { step }) } else { Ok(()) }
+    }
+
     /// Writes a snapshot of the run as it is now.
     ///
     /// # Errors
@@ -181,10 +203,11 @@ impl Stepper {
         let step = step_of(simulation);
         let expected = self.recording.as_ref().and_then(|recording| recording.hash(step));
         let is_marked = self.recorder.as_ref().is_some_and(|recorder| recorder.wants_hash(step));
-        let is_wanted = self.hashes.is_some() || is_marked || expected.is_some();
+        let is_wanted = self.hashes.is_some() || is_marked || expected.is_some() || self.state(step).is_some();
         let hash = is_wanted.then(|| state_hash::hash(&mut simulation.world));
         if let Some(hash) = hash {
             self.note_hash(step, hash)?;
+            self.check_state(step, hash)?;
         }
         if let Some(recorder) = &mut self.recorder {
             recorder.stepped(step, hash, simulation)?;

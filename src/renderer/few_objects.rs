@@ -19,7 +19,7 @@ use systems::space::Sphere;
 pub(super) const COARSE: u32 = 1 << 31;
 
 /// The most objects that are culled on the CPU.
-const MOST_OBJECTS: u32 = 512;
+const MOST_OBJECTS: u32 = 2048;
 
 /// Slots of drawn objects.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]

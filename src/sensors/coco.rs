@@ -9,7 +9,7 @@
 
 use super::capture::{Capture, SensorData};
 use super::files::{self, FileFormat};
-use super::run_writer::{RunInfo, RunWriter};
+use super::run_writer::{Poses, RunInfo, RunWriter};
 use super::{CameraCapture, SensorCapture};
 use crate::export::coco::{self, Category, Instances, Panoptic, Picture, Segments};
 use crate::export::picture;
@@ -19,6 +19,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use systems::sensors::{CameraOutput, ClassInfo};
+
+/// Things, of all pictures.
+pub(super) const INSTANCES: &str = "coco/instances.json";
+/// Things and stuff, of all pictures.
+pub(super) const PANOPTIC: &str = "coco/panoptic.json";
 
 /// Labels that are being collected; their files are written at the end, the pictures at once.
 pub(super) struct CocoWriter {
@@ -83,7 +88,7 @@ impl CocoWriter {
 }
 
 impl RunWriter for CocoWriter {
-    fn write(&mut self, capture: &Capture) -> Result<(), FrameError> {
+    fn write(&mut self, capture: &Capture, _: &Poses) -> Result<(), FrameError> {
         for sensor in &capture.sensors {
             let SensorData::Camera(camera) = &sensor.data else { continue };
             let is_whole = !camera.color.is_empty() && !camera.instance.is_empty() && !camera.class.is_empty();
@@ -97,9 +102,9 @@ impl RunWriter for CocoWriter {
     fn finish(mut self: Box<Self>) -> Result<Vec<PathBuf>, FrameError> {
         let (mut instances, mut panoptic) = (Vec::new(), Vec::new());
         let encoded = coco::write(&mut instances, &self.instances);
-        self.write_file("coco/instances.json", encoded.map(|()| instances))?;
+        self.write_file(INSTANCES, encoded.map(|()| instances))?;
         let encoded = coco::write(&mut panoptic, &self.panoptic);
-        self.write_file("coco/panoptic.json", encoded.map(|()| panoptic))?;
+        self.write_file(PANOPTIC, encoded.map(|()| panoptic))?;
         Ok(self.written)
     }
 }

@@ -10,14 +10,15 @@
 //! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there; but for what
 //! is made of a whole run.
 
+use super::description;
 use super::files::{self, FileFormat, OutputFile};
 use super::lidar::Pose;
+use super::manifest::Manifest;
 use super::motion;
 use super::rays::RayWarnings;
-use super::run_writer::RunInfo;
+use super::run_writer::{LOG, Poses, RunInfo};
 use super::suite::SensorSuite;
 use super::world_sensors::{nanoseconds, sensor_names};
-use super::{description, manifest};
 use crate::frames::{FrameError, FrameRun, Frames, LoadOptions, check_outputs, is_written, load_stage};
 use crate::name;
 use crate::output::{self, OutputError};
@@ -27,6 +28,7 @@ use bevy_ecs::prelude::*;
 use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 use systems::lights::{LightPolicies, LightPolicy};
@@ -57,10 +59,26 @@ pub struct SensorJob {
     pub run: RunFiles,
     /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
     pub realtime: bool,
+    /// The run that this is a part of, to be put together with the others.
+    pub part: Option<PartOfRun>,
 }
 
+/// What the parts of a run know of it.
+#[derive(Clone, Debug)]
+pub struct PartOfRun {
+    /// All its frames.
+    pub frames: Range<u64>,
+    /// Where pictures of films are kept instead of films made of them.
+    pub films: PathBuf,
+}
+
+/// What the sensors are.
+pub(super) const DESCRIPTION: &str = "sensors.json";
+/// A hash of each file.
+pub(super) const MANIFEST: &str = "manifest.json";
+
 /// The files of a whole data set.
-const WHOLE: [&str; 3] = ["sensors.json", "manifest.json", "sensors.mcap"];
+const WHOLE: [&str; 3] = [DESCRIPTION, MANIFEST, LOG];
 
 /// Bytes of a part of a sensor's name, which is a folder's.
 const LONGEST_NAME: usize = 200;
@@ -112,7 +130,9 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
             output::make_folder(&job.folder.join(name))?;
         }
     }
-    let mut writers = run_info(job, &chosen, &mut run.stage.simulation.world).begin()?;
+    // The first of which there are files.
+    let first = job.part.as_ref().map_or(frames.start, |part| part.frames.start);
+    let mut writers = run_info(job, &chosen, first, &run.stage.simulation.world).begin()?;
     run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     suite.settings = job.settings;
     let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), BTreeMap::new());
@@ -128,7 +148,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
             }
             let mut missing = BTreeMap::new();
             for due in &due {
-                let files_of = |step| job.files_of(&due.name, &due.sensor, (step, frames.start));
+                let files_of = |step| job.files_of(&due.name, &due.sensor, (step, first));
                 let is_there = |(path, file): &(PathBuf, OutputFile)| job.resume && is_whole(path, &due.sensor, file);
                 let files = files_of(step);
                 all.extend(files.iter().map(|(path, _)| path.clone()));
@@ -157,8 +177,9 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                         written.push(path);
                     }
                 }
-                for writer in &mut writers {
-                    writer.write(&capture)?;
+                if !writers.is_empty() {
+                    let poses = poses(&mut run.stage.simulation.world);
+                    writers.iter_mut().try_for_each(|writer| writer.write(&capture, &poses))?;
                 }
                 has_warned = has_warned || warn_of_rays(suite.ray_warnings());
             }
@@ -182,33 +203,56 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     }
     written.extend(run.finish(&job.run)?);
     let world = &mut run.stage.simulation.world;
-    let path = job.folder.join("sensors.json");
+    let path = job.folder.join(DESCRIPTION);
     output::write_whole(&path, description::of_sensors(world, &chosen, &captures).as_bytes())?;
     all.insert(path.clone());
     written.push(path);
-    let path = job.folder.join("manifest.json");
-    let text = manifest::of_files(&job.folder, &all, suite.gpu(), world)?;
+    let path = job.folder.join(MANIFEST);
+    let text = Manifest::of_files(&job.folder, &all, suite.gpu(), world)?.text();
+    let text = text.map_err(|error| OutputError::io(&path, error.into()))?;
     output::write_whole(&path, text.as_bytes())?;
     written.push(path);
     Ok(written)
 }
 
-fn run_info<'a>(job: &'a SensorJob, sensors: &'a BTreeMap<String, Sensor>, world: &'a mut World) -> RunInfo<'a> {
-    let named = sensor_names(world);
-    let world: &World = world;
-    let placed = |(name, sensor): (String, Entity)| {
-        let Pose { translation, rotation } = motion::pose(world, sensor);
-        (name, DAffine3::from_rotation_translation(rotation, translation))
-    };
-    let poses = named.into_iter().map(placed).collect();
+fn run_info<'a>(
+    job: &'a SensorJob,
+    sensors: &'a BTreeMap<String, Sensor>,
+    first: u64,
+    world: &'a World,
+) -> RunInfo<'a> {
     RunInfo {
         folder: &job.folder,
         formats: &job.formats,
         sensors,
         classes: world.resource::<Classes>(),
         step_seconds: world.resource::<Clock>().step_seconds,
-        poses,
+        first,
+        films: job.part.as_ref().map(|part| &*part.films),
     }
+}
+
+/// Where all sensors are.
+fn poses(world: &mut World) -> Poses {
+    let named = sensor_names(world);
+    let placed = |(name, sensor): (String, Entity)| {
+        let Pose { translation, rotation } = motion::pose(world, sensor);
+        (name, DAffine3::from_rotation_translation(rotation, translation))
+    };
+    named.into_iter().map(placed).collect()
+}
+
+/// How many steps before a frame a run has to begin for its captures from there on to be those of a longer run: so many
+/// intervals as a sensor measures over.
+///
+/// # Errors
+/// [`FrameError`]: what [`render_sensors`] refuses of the job's sensors and formats.
+pub(crate) fn steps_before(job: &SensorJob, world: &mut World) -> Result<u64, FrameError> {
+    let steps = |sensor: Sensor| {
+        let intervals = motion::poses_needed(&sensor.kind).max(usize::from(next_of_pair(&sensor, 0).is_some()));
+        intervals as u64 * u64::from(sensor.every)
+    };
+    Ok(choose(job, world)?.into_values().map(steps).max().unwrap_or_default())
 }
 
 /// The sensors that a job asks for, by their names.
@@ -250,7 +294,7 @@ fn choose(job: &SensorJob, world: &mut World) -> Result<BTreeMap<String, Sensor>
     let chosen = known.iter().filter(|(name, _)| wanted.contains(name));
     let chosen: BTreeMap<String, Sensor> =
         chosen.filter_map(|(name, entity)| Some((name.clone(), world.get::<Sensor>(*entity)?.clone()))).collect();
-    run_info(job, &chosen, world).check()?;
+    run_info(job, &chosen, 0, world).check()?;
     for (name, sensor) in &chosen {
         let left_out = files::left_out(sensor, &job.formats);
         if !left_out.is_empty() {

@@ -3,14 +3,15 @@
 use super::CameraCapture;
 use super::capture::{Capture, SensorData};
 use super::files::FileFormat;
-use super::run_writer::{RunInfo, RunWriter};
+use super::run_writer::{Poses, RunInfo, RunWriter};
 use crate::frame_time::FrameTime;
 use crate::frames::FrameError;
-use crate::output;
+use crate::output::{self, OutputError};
 use crate::sensors::pictures::Picture;
 use crate::video::Film;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::collections::btree_map::Entry;
+use std::path::{Path, PathBuf};
 use systems::sensors::{CameraOutput, CameraOutputs, Classes, Sensor, SensorKind};
 
 /// Metres at which a depth is half as bright as at the camera.
@@ -27,44 +28,59 @@ pub(super) struct FilmWriter {
     films: BTreeMap<PathBuf, Film>,
 }
 
+/// The pictures of films of a part of a run, to be made films with those of the others:
+/// `FILMS/ego/front/color/00012.png`.
+pub(super) struct FilmPictures {
+    films: PathBuf,
+    classes: Classes,
+    /// What of cameras is filmed, by their names.
+    outputs: BTreeMap<String, CameraOutputs>,
+    written: Vec<PathBuf>,
+}
+
+/// How long a capture of a sensor is shown.
+pub(super) fn time_of_capture(step_seconds: f64, every: u32) -> FrameTime {
+    FrameTime::of(step_seconds * f64::from(every.max(1)))
+}
+
+/// The film of an output.
+pub(super) fn path_of_film(folder: &Path, sensor: &str, output: &str) -> PathBuf {
+    folder.join(sensor).join(format!("{output}.mp4"))
+}
+
+/// Where the pictures of a film are kept.
+pub(super) fn folder_of_pictures(films: &Path, sensor: &str, output: &str) -> PathBuf {
+    films.join(sensor).join(output)
+}
+
 impl FilmWriter {
     pub fn new(run: &RunInfo) -> Self {
-        let time = |every: u32| FrameTime::of(run.step_seconds * f64::from(every.max(1)));
+        let time = |every: u32| time_of_capture(run.step_seconds, every);
         let times = run.sensors.iter().map(|(name, sensor)| (name.clone(), time(sensor.every)));
         Self {
             folder: run.folder.to_owned(),
             classes: run.classes.clone(),
-            outputs: run.sensors.iter().map(|(name, sensor)| (name.clone(), filmed(sensor))).collect(),
+            outputs: outputs_of(run),
             times: times.collect(),
             films: BTreeMap::new(),
         }
     }
-
-    fn add(&mut self, sensor: &str, output: &str, size: (u32, u32), rgb: &[u8]) -> Result<(), FrameError> {
-        let folder = self.folder.join(sensor);
-        let path = folder.join(format!("{output}.mp4"));
-        if !self.films.contains_key(&path) {
-            output::make_folder(&folder)?;
-            let time = self.times.get(sensor).copied().unwrap_or(FrameTime::of(1.0));
-            self.films.insert(path.clone(), Film::begin(&path, size, time)?);
-        }
-        if let Some(film) = self.films.get_mut(&path) {
-            film.add(rgb)?;
-        }
-        Ok(())
-    }
 }
 
 impl RunWriter for FilmWriter {
-    fn write(&mut self, capture: &Capture) -> Result<(), FrameError> {
-        for sensor in &capture.sensors {
-            let SensorData::Camera(camera) = &sensor.data else { continue };
-            let outputs = self.outputs.get(&sensor.name).copied().unwrap_or_default();
-            for (name, output) in outputs.iter() {
-                if let Some(rgb) = painted(camera, output, &self.classes) {
-                    self.add(&sensor.name, name, (camera.width, camera.height), &rgb)?;
+    fn write(&mut self, capture: &Capture, _: &Poses) -> Result<(), FrameError> {
+        for FilmFrame { sensor, output, size, rgb } in frames_of(capture, &self.outputs, &self.classes) {
+            let path = path_of_film(&self.folder, sensor, output);
+            let film = match self.films.entry(path) {
+                Entry::Occupied(begun) => begun.into_mut(),
+                Entry::Vacant(new) => {
+                    output::make_folder(&self.folder.join(sensor))?;
+                    let time = self.times.get(sensor).copied().unwrap_or(FrameTime::of(1.0));
+                    let film = Film::begin(new.key(), size, time)?;
+                    new.insert(film)
                 }
-            }
+            };
+            film.add(&rgb)?;
         }
         Ok(())
     }
@@ -72,6 +88,65 @@ impl RunWriter for FilmWriter {
     fn finish(self: Box<Self>) -> Result<Vec<PathBuf>, FrameError> {
         self.films.into_values().map(|film| Ok(film.finish()?)).collect()
     }
+}
+
+impl FilmPictures {
+    pub fn new(run: &RunInfo, films: &Path) -> Self {
+        let (classes, outputs) = (run.classes.clone(), outputs_of(run));
+        Self { films: films.to_owned(), classes, outputs, written: Vec::new() }
+    }
+}
+
+impl RunWriter for FilmPictures {
+    fn write(&mut self, capture: &Capture, _: &Poses) -> Result<(), FrameError> {
+        for FilmFrame { sensor, output, size, rgb } in frames_of(capture, &self.outputs, &self.classes) {
+            let folder = folder_of_pictures(&self.films, sensor, output);
+            let path = folder.join(format!("{:05}.png", capture.step));
+            let no_pixels = || OutputError::io(&path, std::io::Error::other("there are no pixels"));
+            let picture = image::RgbImage::from_raw(size.0, size.1, rgb).ok_or_else(no_pixels)?;
+            output::make_folder(&folder)?;
+            output::write_png(&path, &picture.into())?;
+            self.written.push(path);
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<Vec<PathBuf>, FrameError> {
+        Ok(self.written)
+    }
+}
+
+/// A picture of a film.
+struct FilmFrame<'a> {
+    sensor: &'a str,
+    output: &'static str,
+    size: (u32, u32),
+    rgb: Vec<u8>,
+}
+
+/// What is filmed of a capture.
+fn frames_of<'a>(
+    capture: &'a Capture,
+    outputs: &'a BTreeMap<String, CameraOutputs>,
+    classes: &'a Classes,
+) -> impl Iterator<Item = FilmFrame<'a>> {
+    let cameras = capture.sensors.iter().filter_map(|sensor| match &sensor.data {
+        SensorData::Camera(camera) => Some((&sensor.name, camera)),
+        _ => None,
+    });
+    cameras.flat_map(move |(sensor, camera)| {
+        let outputs = outputs.get(sensor).copied().unwrap_or_default();
+        let frames = outputs.iter().filter_map(move |(output, kind)| {
+            let rgb = painted(camera, kind, classes)?;
+            Some(FilmFrame { sensor, output, size: (camera.width, camera.height), rgb })
+        });
+        frames.collect::<Vec<_>>()
+    })
+}
+
+/// What of cameras is filmed, by their names.
+fn outputs_of(run: &RunInfo) -> BTreeMap<String, CameraOutputs> {
+    run.sensors.iter().map(|(name, sensor)| (name.clone(), filmed(sensor))).collect()
 }
 
 /// What of a sensor is filmed.

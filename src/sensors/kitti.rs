@@ -14,7 +14,7 @@ use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::capture::{Capture, SensorData};
 use super::files::{self, FileFormat};
 use super::log::returns;
-use super::run_writer::{RunInfo, RunWriter};
+use super::run_writer::{Poses, RunInfo, RunWriter};
 use super::{CameraCapture, LidarCapture, ObjectBox, SensorCapture};
 use crate::export::kitti::{self, Calibration, Label, velodyne};
 use crate::export::semantic_kitti;
@@ -25,22 +25,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use systems::draw::Intrinsics;
-use systems::sensors::{CameraOutput, Class, Classes, SensorKind};
+use systems::sensors::{CameraOutput, Class, Classes};
 
 /// Folders that are being filled.
 pub(super) struct KittiWriter {
     folder: PathBuf,
     /// Cameras, and the lidar beside each.
     cameras: BTreeMap<String, Option<String>>,
-    /// Of cameras with a lidar: from its points to the camera's outputs, when the run begins.
-    at_first: BTreeMap<String, DAffine3>,
     /// Cameras with boxes, of which there may be none in a picture.
     labelled: BTreeSet<String>,
     /// Lidars beside no camera.
     alone: BTreeSet<String>,
     classes: Classes,
-    /// Of each camera the step of the capture before.
-    before: BTreeMap<String, u64>,
+    /// The first frame whose captures are in the data set.
+    first: u64,
+    /// Steps from capture to capture of each camera.
+    every: BTreeMap<String, u64>,
     written: Vec<PathBuf>,
 }
 
@@ -56,22 +56,14 @@ impl KittiWriter {
             cameras.map(|camera| (camera.to_owned(), beside(camera).map(ToString::to_string))).collect();
         let is_alone = |lidar: &&str| !cameras.values().flatten().any(|beside| beside == lidar);
         let alone = lidars.iter().copied().filter(is_alone).map(str::to_owned).collect();
-        let has_boxes = |name: &&String| {
-            let kind = run.sensors.get(*name).map(|sensor| &sensor.kind);
-            matches!(kind, Some(SensorKind::Camera(camera)) if camera.outputs.has(CameraOutput::Boxes))
-        };
-        let at_first = |(camera, lidar): (&String, &Option<String>)| {
-            let [camera_pose, lidar_pose] = [run.poses.get(camera)?, run.poses.get(lidar.as_ref()?)?];
-            Some((camera.clone(), camera_from_lidar(camera_pose, lidar_pose)))
-        };
         Self {
             folder: run.folder.to_owned(),
-            at_first: cameras.iter().filter_map(at_first).collect(),
-            labelled: cameras.keys().filter(has_boxes).cloned().collect(),
+            labelled: run.labelled(),
             cameras,
             alone,
             classes: run.classes.clone(),
-            before: BTreeMap::new(),
+            first: run.first,
+            every: run.sensors.iter().map(|(name, sensor)| (name.clone(), sensor.every.into())).collect(),
             written: Vec::new(),
         }
     }
@@ -95,7 +87,8 @@ impl KittiWriter {
             self.write_file(file, "label_2", "txt", Ok(labels.into_bytes()))?;
         }
         // It begins at the picture before, whose files it is beside.
-        if let Some(step) = self.before.insert(name.to_owned(), file.step)
+        let before = self.every.get(name).and_then(|every| file.step.checked_sub(*every));
+        if let Some(step) = before.filter(|step| *step >= self.first)
             && !camera.flow.flags.is_empty()
         {
             let before = CaptureFile { home: file.home.clone(), step };
@@ -150,17 +143,21 @@ impl CaptureFile {
 }
 
 impl RunWriter for KittiWriter {
-    fn write(&mut self, capture: &Capture) -> Result<(), FrameError> {
+    fn write(&mut self, capture: &Capture, poses: &Poses) -> Result<(), FrameError> {
         for sensor in &capture.sensors {
             let file = CaptureFile::of(&self.folder, sensor, capture.step);
             match &sensor.data {
                 SensorData::Camera(camera) => {
-                    let Some(lidar) = self.cameras.get(&sensor.name) else { continue };
-                    let lidar = lidar.as_ref().and_then(|name| capture.get(name));
+                    let Some(beside) = self.cameras.get(&sensor.name) else { continue };
+                    let lidar = beside.as_ref().and_then(|name| capture.get(name));
                     let own = &sensor.world_from_sensor;
-                    let known = self.at_first.get(&sensor.name);
-                    let now = lidar.map(|lidar| camera_from_lidar(own, &lidar.world_from_sensor));
-                    let from_lidar = now.or(known.copied()).unwrap_or_else(looking_ahead);
+                    let due = lidar.map(|lidar| camera_from_lidar(own, &lidar.world_from_sensor));
+                    let from_lidar = due.or_else(|| {
+                        // It is there all the same.
+                        let [camera, lidar] = [poses.get(&sensor.name)?, poses.get(beside.as_ref()?)?];
+                        Some(camera_from_lidar(camera, lidar))
+                    });
+                    let from_lidar = from_lidar.unwrap_or_else(looking_ahead);
                     self.camera(&sensor.name, camera, &file, &from_lidar)?;
                     if let Some(lidar) = lidar.and_then(SensorCapture::lidar) {
                         self.scan(lidar, &file)?;

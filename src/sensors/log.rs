@@ -16,7 +16,7 @@
 //! A camera whose projection is parallel has no camera_info. An IMU and a GNSS receiver have the axes of lidars.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
-use super::run_writer::RunWriter;
+use super::run_writer::{Poses, RunInfo, RunWriter};
 use super::{
     CameraCapture, Capture, GnssCapture, ImuCapture, LidarCapture, ObjectBox, SensorCapture, SensorData, log_boxes,
 };
@@ -42,19 +42,20 @@ pub(super) struct SensorLog {
     path: PathBuf,
     log: Log<BufWriter<WholeFile>>,
     classes: Classes,
-    /// Frames of cameras that had boxes: where there are none any more, that is said.
-    had_boxes: BTreeSet<String>,
+    /// Frames of cameras with boxes: where there are none in a picture, that is said.
+    labelled: BTreeSet<String>,
 }
 
 impl SensorLog {
-    /// Begins a log of a world with these classes, which is at its path once it is finished.
+    /// Begins the log of a run, which is at its path once it is finished.
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn begin(path: &Path, classes: Classes) -> Result<Self, OutputError> {
+    pub fn begin(path: &Path, run: &RunInfo) -> Result<Self, OutputError> {
         let file = BufWriter::new(WholeFile::begin(path)?);
         let log = Log::new(file).map_err(|error| OutputError::io(path, error))?;
-        Ok(Self { path: path.to_owned(), log, classes, had_boxes: BTreeSet::new() })
+        let labelled = run.labelled().iter().map(|name| frame_name(name)).collect();
+        Ok(Self { path: path.to_owned(), log, classes: run.classes.clone(), labelled })
     }
 
     fn append(&mut self, Capture { nanoseconds, sensors, .. }: &Capture) -> io::Result<()> {
@@ -67,8 +68,7 @@ impl SensorLog {
             match &sensor.data {
                 SensorData::Camera(camera) => {
                     self.camera(header, camera)?;
-                    if !camera.boxes.is_empty() || self.had_boxes.contains(header.frame) {
-                        self.had_boxes.insert(header.frame.to_owned());
+                    if self.labelled.contains(header.frame) {
                         self.boxes(header, &camera.boxes)?;
                     }
                 }
@@ -162,7 +162,7 @@ impl RunWriter for SensorLog {
         Ok(written.map_err(|error| OutputError::io(&self.path, error))?)
     }
 
-    fn write(&mut self, capture: &Capture) -> Result<(), FrameError> {
+    fn write(&mut self, capture: &Capture, _: &Poses) -> Result<(), FrameError> {
         Ok(self.append(capture).map_err(|error| OutputError::io(&self.path, error))?)
     }
 

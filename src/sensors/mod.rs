@@ -19,6 +19,7 @@
 //!                whole data set
 //! run_writer     what is written of a run as a whole: log, one of ROS 2 (log_boxes); coco, kitti, labels as these
 //!                data sets have them; films. axes: those that these and other outputs have
+//! merge          the data sets of the parts of a run, put together
 //! records        what sensors other than cameras give, as files
 //! pictures       values of outputs as colours (colors), for those who look at them
 //! ```
@@ -68,6 +69,7 @@ pub mod lidar;
 mod log;
 mod log_boxes;
 mod manifest;
+mod merge;
 mod motion;
 #[cfg(not(feature = "vehicles"))]
 mod no_vehicles;
@@ -91,12 +93,14 @@ pub use box_records::encode as boxes_as_npy;
 pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
 pub use capture::{Capture, LidarCapture, SensorCapture, SensorData};
-pub use dataset::{SensorJob, render_sensors};
+pub(crate) use dataset::steps_before;
+pub use dataset::{PartOfRun, SensorJob, render_sensors};
 pub use drawing::{Captured, Drawing, Wanted};
 pub use files::FileFormat;
 pub use flow::{Flow, flags};
 pub use label_table::entity_of_number;
 pub use lidar::{LidarScan, Pose};
+pub(crate) use merge::{PartFiles, is_of_run, merge};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::SensorSuite;

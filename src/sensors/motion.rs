@@ -54,7 +54,7 @@ pub(super) struct Moment {
 }
 
 /// How many of the poses at which it was due before a sensor measures by.
-fn poses_needed(kind: &SensorKind) -> usize {
+pub(super) fn poses_needed(kind: &SensorKind) -> usize {
     match kind {
         SensorKind::Imu(_) => 2,
         SensorKind::Gnss(_) => 1,

@@ -4,17 +4,24 @@
 use super::capture::Capture;
 use super::coco::CocoWriter;
 use super::files::FileFormat;
-use super::films::FilmWriter;
+use super::films::{FilmPictures, FilmWriter};
 use super::kitti::KittiWriter;
 use super::log::{SensorLog, check_names};
 use crate::frames::FrameError;
 use crate::video;
 use glam::DAffine3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use systems::sensors::{Classes, Sensor, SensorKind};
+use systems::sensors::{CameraOutput, Classes, Sensor, SensorKind};
 
-/// Takes the captures of a run in their order.
+/// The log of a data set.
+pub(super) const LOG: &str = "sensors.mcap";
+
+/// From the entities of all sensors, due or not, to the world, by their names.
+pub(super) type Poses = BTreeMap<String, DAffine3>;
+
+/// Takes the captures of a run in their order. What it writes of a capture depends on no capture more than an interval
+/// before: the files of a run in parts are put together as if it were one ([`super::merge`]).
 pub(super) trait RunWriter {
     /// A step has been taken, after which so many nanoseconds have passed.
     ///
@@ -24,11 +31,11 @@ pub(super) trait RunWriter {
         Ok(())
     }
 
-    /// All that was captured after a step.
+    /// All that was captured after a step, and where sensors were then.
     ///
     /// # Errors
     /// What cannot be written, or has no form.
-    fn write(&mut self, capture: &Capture) -> Result<(), FrameError>;
+    fn write(&mut self, capture: &Capture, poses: &Poses) -> Result<(), FrameError>;
 
     /// Ends what was begun. Returns the files.
     ///
@@ -47,8 +54,10 @@ pub(super) struct RunInfo<'a> {
     pub classes: &'a Classes,
     /// Length of a step.
     pub step_seconds: f64,
-    /// From the entities of sensors to the world when the run begins, by their names.
-    pub poses: BTreeMap<String, DAffine3>,
+    /// The first frame whose captures are in the data set: of the whole, where the run is a part.
+    pub first: u64,
+    /// Where pictures of films are kept instead of films made of them.
+    pub films: Option<&'a Path>,
 }
 
 impl RunInfo<'_> {
@@ -85,16 +94,26 @@ impl RunInfo<'_> {
         let mut writers: Vec<Box<dyn RunWriter>> = Vec::new();
         for format in FileFormat::ALL.iter().map(|(_, format)| *format).filter(|format| self.formats.contains(format)) {
             match format {
-                FileFormat::Mcap => {
-                    writers.push(Box::new(SensorLog::begin(&self.folder.join("sensors.mcap"), self.classes.clone())?))
-                }
+                FileFormat::Mcap => writers.push(Box::new(SensorLog::begin(&self.folder.join(LOG), self)?)),
                 FileFormat::Coco => writers.push(Box::new(CocoWriter::new(self))),
                 FileFormat::Kitti => writers.push(Box::new(KittiWriter::new(self))),
-                FileFormat::Video => writers.push(Box::new(FilmWriter::new(self))),
+                FileFormat::Video => writers.push(match self.films {
+                    Some(films) => Box::new(FilmPictures::new(self, films)),
+                    None => Box::new(FilmWriter::new(self)),
+                }),
                 FileFormat::Png | FileFormat::Npy | FileFormat::Npz | FileFormat::Exr => {}
             }
         }
         Ok(writers)
+    }
+
+    /// The names of cameras with boxes, of which there may be none in a picture.
+    pub fn labelled(&self) -> BTreeSet<String> {
+        let has_boxes = |sensor: &Sensor| match &sensor.kind {
+            SensorKind::Camera(camera) => camera.outputs.has(CameraOutput::Boxes),
+            _ => false,
+        };
+        self.sensors.iter().filter(|(_, sensor)| has_boxes(sensor)).map(|(name, _)| name.clone()).collect()
     }
 
     /// The names of cameras, or of lidars, that a format holds something of.
