@@ -40,11 +40,19 @@ from ._relief import (
     Vehicle,
     adapter,
     capture,
+    capture_due,
     replay,
     set_threads,
     step,
 )
 from .errors import Error, ForkedError, GoneError, GpuError, OutputError, RecordingError, SceneError
+
+
+def make_vec(task: str, num_envs: int = 1, **options: object) -> object:
+    """Environments of Gymnasium for many worlds at once: see ``relief.envs.make_vec``. Needs gymnasium."""
+    from .envs import make_vec as make
+
+    return make(task, num_envs, **options)
 
 
 def assets() -> pathlib.Path:
@@ -81,7 +89,9 @@ __all__ = [
     "adapter",
     "assets",
     "capture",
+    "capture_due",
     "errors",
+    "make_vec",
     "replay",
     "set_threads",
     "step",

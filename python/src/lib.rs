@@ -46,7 +46,7 @@ mod _relief {
     #[pymodule_export]
     use crate::light::{Light, LightEntity};
     #[pymodule_export]
-    use crate::many::{adapter, capture, replay, set_threads, step};
+    use crate::many::{adapter, capture, capture_due, replay, set_threads, step};
     #[pymodule_export]
     use crate::points::LidarCapture;
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Several worlds at once: stepped on all threads, and captured together.
 
 use crate::camera::CameraBatch;
+use crate::capture::Capture;
 use crate::device;
 use crate::errors::{Failure, Outcome};
 use crate::sim::{Sim, is_among};
@@ -9,7 +10,7 @@ use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
 use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
 use relief::systems::ecs::parallel::map_in_parallel;
-use relief::systems::sensors::{Sensor, SensorKind};
+use relief::systems::sensors::{Classes, Sensor, SensorKind};
 use std::sync::Arc;
 
 /// Does something with several worlds, in the order in which they are given, without the interpreter.
@@ -35,17 +36,47 @@ fn with_all<T: Send>(
     })?)
 }
 
-/// Takes so many steps of every world, several worlds at a time. Results are the same as one after the other. Returns
-/// the numbers of steps done. Raises what `Sim.step` raises, of the first world that does.
+/// Steps of all worlds, or of each.
+#[derive(FromPyObject)]
+pub enum Steps {
+    All(u64),
+    Each(Vec<u64>),
+}
+
+/// Takes so many steps of every world, several worlds at a time. `n`: of all, or a list with those of each. Results are
+/// the same as one after the other. Returns the numbers of steps done. Raises what `Sim.step` raises, of the first world
+/// that does.
 #[pyfunction]
-#[pyo3(signature = (sims, n=1))]
-pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: u64) -> PyResult<Vec<u64>> {
-    if n > 1 << 32 {
+#[pyo3(signature = (sims, n=Steps::All(1)))]
+pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> {
+    let each = match n {
+        Steps::All(n) => vec![n; sims.len()],
+        Steps::Each(each) => each,
+    };
+    if each.len() != sims.len() {
+        let message = format!("n: expected a number, or one for each of {} worlds, found {}", sims.len(), each.len());
+        return Err(Failure::value(message).into());
+    }
+    if let Some(n) = each.iter().find(|&&n| n > 1 << 32) {
         return Err(Failure::value(format!("n: expected at most 2^32 steps, found {n}")).into());
     }
     with_all(py, &sims, |worlds| {
-        map_in_parallel(worlds.into_iter(), |world| world.step(n)).into_iter().collect::<Outcome<Vec<u64>>>()
+        let worlds: Vec<_> = worlds.into_iter().zip(each).collect();
+        map_in_parallel(worlds.into_iter(), |(world, n)| world.step(n)).into_iter().collect::<Outcome<Vec<u64>>>()
     })
+}
+
+/// Captures every sensor that is due, of several worlds: of each what `Sim.capture` gives, bit for bit, with the cameras
+/// of all worlds in one submission to the graphics device. Raises GpuError.
+#[pyfunction]
+pub fn capture_due(py: Python<'_>, sims: Vec<Py<Sim>>) -> PyResult<Vec<Capture>> {
+    let captured = with_all(py, &sims, |worlds| {
+        let classes: Vec<Classes> =
+            worlds.iter().map(|world| world.simulation.world.resource::<Classes>().clone()).collect();
+        let wanted = worlds.into_iter().map(|world| (world, Wanted::Due(&|_| true)));
+        Ok(World::capture_all(wanted.collect())?.into_iter().zip(classes).collect::<Vec<_>>())
+    })?;
+    captured.into_iter().map(|(captured, classes)| Capture::new(py, captured, &classes)).collect()
 }
 
 /// The pictures of the same camera of several worlds, whether it is due or not: arrays with the worlds as their first

@@ -61,7 +61,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         first = self.task.load()
-        self._worlds = relief.Worlds([first, *(first.fresh() for _ in range(num_envs - 1))])
+        self._sims = [first, *(first.fresh() for _ in range(num_envs - 1))]
         self._random: list[np.random.Generator | None] = [None] * num_envs
         self._episodes: list[Episode | None] = [None] * num_envs
         self._ended = np.zeros(num_envs, dtype=bool)
@@ -69,7 +69,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
     @property
     def sims(self) -> list[relief.Sim]:
         """The worlds."""
-        return self._worlds.sims
+        return list(self._sims)
 
     def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None):
         """Begins episodes: in all environments, or, as ``options={"reset_mask": …}`` says, in some."""
@@ -85,13 +85,13 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         if any(episode is None for episode in self._episodes):
             raise ValueError("reset_mask: expected a reset of all environments first")
         self._ended &= ~which
-        captures = self._worlds.capture()
+        captures = relief.capture_due(self._sims)
         return self._observations(captures), {}
 
     def _begin(self, i: int, seed: int | None = None) -> None:
         if seed is not None or self._random[i] is None:
             self._random[i], _ = seeding.np_random(seed)
-        self._episodes[i] = self.task.begin(self._worlds.sims[i], self._random[i])
+        self._episodes[i] = self.task.begin(self._sims[i], self._random[i])
 
     def step(self, actions):
         """Drives all vehicles for a tenth of a second."""
@@ -109,8 +109,8 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
                 self._begin(i)
             else:
                 self.task.act(episode, action)
-        self._worlds.step(np.where(begun, 0, FRAME_STEPS).tolist())
-        captures = self._worlds.capture()
+        relief.step(self._sims, np.where(begun, 0, FRAME_STEPS).tolist())
+        captures = relief.capture_due(self._sims)
         outcomes = [
             None if begun[i] else self.task.outcome(episode, capture)
             for i, (episode, capture) in enumerate(zip(self._episodes, captures))
@@ -137,7 +137,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         infos["final_obs"], infos["_final_obs"] = final, self._ended.copy()
         infos["final_info"], infos["_final_info"] = own, self._ended.copy()
         which = np.flatnonzero(self._ended).tolist()
-        begun = dict(zip(which, self._worlds.capture(which)))
+        begun = dict(zip(which, relief.capture_due([self._sims[i] for i in which])))
         self._ended[:] = False
         return [begun.get(i, capture) for i, capture in enumerate(captures)]
 
@@ -150,5 +150,5 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Gives back what the worlds take on the graphics device."""
-        for sim in self._worlds.sims:
+        for sim in self._sims:
             sim.close()
