@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::name;
 use relief::systems::draw::Intrinsics;
+use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::spawn::Spawn;
 use relief::systems::sensors::{
@@ -97,6 +98,10 @@ impl Mounting {
                 && world.simulation.world.get_resource::<GeoOrigin>().is_none()
             {
                 return Err(Failure::value("expected the scene to have a geo_origin: where on Earth it is"));
+            }
+            if let SensorKind::Lidar(lidar) = &sensor.kind {
+                let seconds = world.simulation.world.resource::<Clock>().step_seconds * f64::from(sensor.every);
+                lidar.check_beams(seconds).map_err(Failure::Value)?;
             }
             let origin = if parent.is_none() { world.origin() } else { Default::default() };
             let transform = placing.transform(origin, facing);

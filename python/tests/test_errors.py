@@ -71,6 +71,8 @@ def test_arguments_that_are_refused(field):
         field["egon"]
     with pytest.raises(ValueError, match="unknown beams"):
         car.add_lidar("top", beams="vlp17")
+    with pytest.raises(ValueError, match=r"expected at most 16777216 beams in a capture, found \d+"):
+        car.add_lidar("top", hz=10_000, columns=1 << 20, every=100)
     with pytest.raises(ValueError, match="geo_origin"):
         car.add_gnss("gnss")
     with pytest.raises(ValueError, match="color: expected"):

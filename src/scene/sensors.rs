@@ -12,11 +12,9 @@ use systems::assets::color::srgb_from_linear;
 use systems::sensors::{self, Beams, CameraOutput, ClassInfo, Classes, Exposure, ImageNoise, LidarNoise, SensorKind};
 
 /// Pixels along a side.
-pub(super) const LARGEST_PICTURE: u32 = 16384;
-/// Beams of a capture: half a gigabyte.
-const MOST_BEAMS: f64 = 16_777_216.0;
+pub(super) const LARGEST_PICTURE: u32 = sensors::CameraSensor::LARGEST;
 /// Steps.
-const SLOWEST: u32 = 1_000_000;
+const SLOWEST: u32 = sensors::Sensor::SLOWEST;
 
 #[derive(Deserialize, Debug)]
 #[serde(rename_all = "snake_case")]
@@ -186,10 +184,7 @@ impl Check<'_> {
                     return self.fault(message);
                 }
                 let seconds = self.scene.clock.step_seconds * f64::from(lidar.every);
-                let columns = seconds * f64::from(lidar.hz) * f64::from(lidar.columns);
-                let beams = columns * lidar_sensor.beams.rings().len() as f64;
-                if beams > MOST_BEAMS {
-                    let message = format!("expected at most {MOST_BEAMS} beams in a capture, found {beams:.0}");
+                if let Err(message) = lidar_sensor.check_beams(seconds) {
                     self.fault(message);
                 }
             }

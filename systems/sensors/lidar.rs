@@ -53,6 +53,8 @@ impl Default for LidarSensor {
 impl LidarSensor {
     /// Most columns of a revolution.
     pub const MOST_COLUMNS: u32 = 1 << 20;
+    /// Most beams of a capture: half a gigabyte.
+    pub const MOST_BEAMS: f64 = 16_777_216.0;
 
     /// Says what is wrong with it.
     ///
@@ -71,6 +73,19 @@ impl LidarSensor {
         within("noise.range_sigma", self.noise.range_sigma, 0.0, 100.0)?;
         within("noise.drop_rate", self.noise.drop_rate, 0.0, 1.0)?;
         within("noise.drop_below", self.noise.drop_below, 0.0, 1.0)
+    }
+
+    /// Whether what it fires between two captures, so many seconds apart, can be held.
+    ///
+    /// # Errors
+    /// How many beams that is.
+    pub fn check_beams(&self, seconds: f64) -> Result<(), String> {
+        let columns = seconds * f64::from(self.hz) * f64::from(self.columns);
+        let beams = columns * self.beams.rings().len() as f64;
+        if beams <= Self::MOST_BEAMS {
+            return Ok(());
+        }
+        Err(format!("expected at most {} beams in a capture, found {beams:.0}", Self::MOST_BEAMS))
     }
 
     /// The columns that fire between two steps: from the time of the first on, and before the time of the second. They
