@@ -98,7 +98,7 @@ fn expected(gpu: &Gpu, world: &mut World) -> Capture {
 fn together<'a>(
     drawing: &mut Drawing,
     worlds: impl Iterator<Item = &'a mut World>,
-    wanted: &'a dyn Fn(&str) -> bool,
+    wanted: &'a (dyn Fn(&str) -> bool + Sync),
 ) -> Vec<Capture> {
     let asked = worlds.map(|world| (&mut world.simulation, &mut world.sensors, Wanted::Due(wanted)));
     let mut asked: Vec<_> = asked.collect();

@@ -4,6 +4,7 @@ import os
 import sys
 
 import make_bicycle
+import make_blocks
 import make_bus
 import make_car
 import make_motorcycle
@@ -28,6 +29,7 @@ if __name__ == '__main__':
     for name, script in VEHICLES.items():
         script.build(os.path.join(HERE, '..', 'models', name + '.glb'))
         print('model', name)
+    make_blocks.main()
     make_rooms.main()
     print('rooms')
     make_town.main()

@@ -2,10 +2,13 @@
 
 use super::capture::Capture;
 use super::world_sensors::{Planned, WorldSensors};
-use crate::renderer::{Gpu, Outputs, RenderError, Renderer, Settings, SlotSet, ViewBatches, ViewPlan};
+use crate::renderer::{
+    Gpu, Outputs, RenderError, Renderer, Settings, SlotSet, ViewBatches, ViewPlan, keep_freed_memory,
+};
 use bevy_ecs::prelude::*;
 use std::sync::Arc;
 use systems::Simulation;
+use systems::ecs::parallel::map_in_parallel;
 
 /// A renderer, and what views keep from capture to capture.
 pub struct Drawing {
@@ -16,7 +19,7 @@ pub struct Drawing {
 /// Which sensors of a world are captured.
 pub enum Wanted<'a> {
     /// Those that are due, of the names that pass.
-    Due(&'a dyn Fn(&str) -> bool),
+    Due(&'a (dyn Fn(&str) -> bool + Sync)),
     /// These, whether they are due or not.
     Look(&'a [Entity]),
 }
@@ -34,6 +37,8 @@ impl Drawing {
     /// [template](crate::scene::Template) share meshes and textures.
     pub fn of_many(gpu: &Gpu) -> Self {
         let mut drawing = Self::new(gpu);
+        // Pictures of all worlds at once are freed and made anew in each capture.
+        keep_freed_memory();
         drawing.renderer.keep_worlds();
         drawing
     }
@@ -54,14 +59,15 @@ impl Drawing {
     /// # Errors
     /// [`RenderError`].
     pub fn capture(&mut self, settings: &Settings, worlds: &mut [Captured<'_>]) -> Result<Vec<Capture>, RenderError> {
-        let mut planned = Vec::with_capacity(worlds.len());
-        for (simulation, sensors, wanted) in &mut *worlds {
+        // Worlds are brought up to date, and measured, several at a time; they are drawn together.
+        let planned = map_in_parallel(worlds.iter_mut(), |(simulation, sensors, wanted)| {
             let due = match wanted {
                 Wanted::Due(is_wanted) => sensors.due(simulation, |name| is_wanted(name)),
                 Wanted::Look(looked_at) => sensors.looked_at(simulation, |sensor| looked_at.contains(&sensor)),
             };
-            planned.push(sensors.plan(settings, due)?);
-        }
+            sensors.plan(settings, due)
+        });
+        let planned = planned.into_iter().collect::<Result<Vec<Planned>, _>>()?;
         let views: Vec<Vec<ViewPlan>> = planned.iter().map(Planned::all_views).collect();
         let drawn = match (&views[..], &mut *worlds) {
             ([views], [(simulation, ..)]) => vec![self.draw(simulation, views)?],
@@ -69,11 +75,12 @@ impl Drawing {
                 worlds[world].0.with_frame(|frame| read(frame))
             })?,
         };
-        let mut captures = Vec::with_capacity(worlds.len());
-        for ((planned, drawn), (simulation, sensors, _)) in planned.into_iter().zip(drawn).zip(worlds) {
-            captures.push(sensors.finish(simulation, planned, &drawn, self)?);
-        }
-        Ok(captures)
+        let parts: Vec<_> = worlds.iter_mut().zip(planned.into_iter().zip(drawn)).collect();
+        let measured = map_in_parallel(parts.into_iter(), |((simulation, sensors, _), (planned, drawn))| {
+            sensors.measure(simulation, planned, &drawn)
+        });
+        let parts = measured.into_iter().zip(worlds);
+        parts.map(|(measured, (simulation, sensors, _))| sensors.finish(simulation, measured, self)).collect()
     }
 
     /// Captures planned sensors of a world.
@@ -87,7 +94,8 @@ impl Drawing {
         planned: Planned,
     ) -> Result<Capture, RenderError> {
         let drawn = self.draw(simulation, &planned.all_views())?;
-        sensors.finish(simulation, planned, &drawn, self)
+        let measured = sensors.measure(simulation, planned, &drawn);
+        sensors.finish(simulation, measured, self)
     }
 
     fn draw(&mut self, simulation: &mut Simulation, views: &[ViewPlan]) -> Result<Vec<Outputs>, RenderError> {

@@ -54,6 +54,14 @@ impl Planned {
     }
 }
 
+/// What sensors have measured, before cameras have their boxes.
+pub(super) struct Measured {
+    capture: Capture,
+    tracked: Option<Tracked>,
+    /// Places of cameras among the sensors, and how things are drawn alone for their boxes.
+    boxes_of: Vec<(usize, CameraPlan, Boxes)>,
+}
+
 /// The sensors of a world with their names, in the order in which they came to be.
 pub fn sensor_names(world: &mut World) -> Vec<(String, Entity)> {
     let sensors = sensors_where(world, |_| true);
@@ -79,17 +87,13 @@ impl WorldSensors {
         Ok(Planned { due, plans, views })
     }
 
-    /// What planned sensors measured, of what their views drew.
-    ///
-    /// # Errors
-    /// [`RenderError`]: things are drawn alone for boxes.
-    pub(super) fn finish(
+    /// What planned sensors measured, of what their views drew; but for boxes, which [`Self::finish`] finds.
+    pub(super) fn measure(
         &mut self,
-        simulation: &mut Simulation,
+        simulation: &Simulation,
         Planned { due, plans, views }: Planned,
         drawn: &[Outputs],
-        drawing: &mut Drawing,
-    ) -> Result<Capture, RenderError> {
+    ) -> Measured {
         let Self { labels, rays, warnings, tracker, .. } = self;
         labels.begin();
         let tracked = tracker.look(simulation, labels, due.iter().map(|due| &due.sensor));
@@ -153,23 +157,22 @@ impl WorldSensors {
             let [_, world_from_sensor] = due.in_scene(origin);
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
-        if let Some(tracked) = tracked {
-            self.finish_boxes(simulation, &tracked, boxes_of, (&mut sensors, drawing))?;
-        }
-        let nanoseconds = nanoseconds(simulation.world.resource::<Clock>(), step);
-        Ok(Capture { step, nanoseconds, sensors })
+        let nanoseconds = nanoseconds(clock, step);
+        Measured { capture: Capture { step, nanoseconds, sensors }, tracked, boxes_of }
     }
 
-    /// Gives cameras their boxes, for which things are drawn alone. `boxes_of`: places of their captures in `sensors`, and
-    /// how they are drawn.
-    fn finish_boxes(
+    /// Gives cameras their boxes, for which things are drawn alone.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub(super) fn finish(
         &mut self,
         simulation: &mut Simulation,
-        tracked: &Tracked,
-        boxes_of: Vec<(usize, CameraPlan, Boxes)>,
-        (sensors, drawing): (&mut [SensorCapture], &mut Drawing),
-    ) -> Result<(), RenderError> {
+        Measured { mut capture, tracked, boxes_of }: Measured,
+        drawing: &mut Drawing,
+    ) -> Result<Capture, RenderError> {
         let Self { labels, tracker, .. } = self;
+        let Some(tracked) = tracked else { return Ok(capture) };
         let (mut plans, mut only) = (Vec::new(), Vec::new());
         for (_, plan, boxes) in &boxes_of {
             for set in tracked.drawn_alone(boxes) {
@@ -185,12 +188,12 @@ impl WorldSensors {
             let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
             drawn = rest;
             let found = own.chunks(views.max(1)).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
-            if let SensorData::Camera(capture) = &mut sensors[sensor].data {
-                capture.boxes = boxes.finish(found);
+            if let SensorData::Camera(camera) = &mut capture.sensors[sensor].data {
+                camera.boxes = boxes.finish(found);
             }
         }
         tracker.forget(&simulation.world);
-        Ok(())
+        Ok(capture)
     }
 
     /// What of the last capture's rays is not as it is drawn.
