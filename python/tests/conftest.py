@@ -1,5 +1,7 @@
 """What tests share: worlds, and scenes as files."""
 
+import importlib
+import os
 import pathlib
 
 import pytest
@@ -26,6 +28,13 @@ ROAD = """(
     ],
 )
 """
+
+
+def needed(package):
+    """A package that some tests need. Where it is missing they are skipped; in strict mode (``RELIEF_STRICT``) they fail."""
+    if os.environ.get("RELIEF_STRICT", "0") != "0":
+        return importlib.import_module(package)
+    return pytest.importorskip(package)
 
 
 @pytest.fixture

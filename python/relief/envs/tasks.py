@@ -72,7 +72,7 @@ class Task:
     #: The camera's outputs.
     outputs: tuple[str, ...] = ("color",)
     #: From the middle of the vehicle's rear axle: left, up and forward, metres.
-    eye = (0.0, 1.4, 1.6)
+    eye = (0.0, 1.3, 3.5)
     #: Of the camera, downward, degrees.
     down_degrees = 8.0
     #: Whether it may change lanes: only leaving the road ends an episode.

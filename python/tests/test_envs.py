@@ -1,0 +1,155 @@
+"""Environments of Gymnasium: its own checks, and that many at once are what each is alone."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from conftest import needed
+
+gymnasium = needed("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+import relief  # noqa: E402
+from relief.envs import DrivingEnv, DrivingVectorEnv  # noqa: E402
+from relief.envs.tasks import LaneFollow, Traffic, log_depth  # noqa: E402
+
+SIZE = (40, 36)
+IDS = ["relief/LaneFollow-v0", "relief/Traffic-v0"]
+
+
+def parts(observation):
+    """The arrays of an observation by name."""
+    return observation if isinstance(observation, dict) else {"all": observation}
+
+
+def actions(steps, count, seed):
+    """Of each step those of all environments, float32 (steps, count, 2): hard to the left or right, so that some end."""
+    random = np.random.default_rng(seed)
+    steer = random.uniform(-1, 1, (1, count)) * np.ones((steps, 1))
+    pedal = random.uniform(0.3, 1.0, (steps, count))
+    return np.stack([steer, pedal], axis=2).astype(np.float32)
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_gymnasium_finds_nothing_wrong(id):
+    env = gymnasium.make(id, size=SIZE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped)
+    env.close()
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_many_at_once_are_what_each_is_alone(count):
+    steps, moves = 30, actions(30, 3, seed=5)
+    many = relief.make_vec("relief/Traffic-v0", count, size=SIZE, autoreset_mode="Disabled")
+    together, _ = many.reset(seed=11)
+    # The last one first: nothing depends on the order of resets.
+    alone = {i: DrivingEnv("relief/Traffic-v0", size=SIZE) for i in reversed(range(count))}
+    expected = {i: env.reset(seed=11 + i)[0] for i, env in alone.items()}
+    drive = set(range(count))
+    for step in range(steps):
+        for i in drive:
+            for name, array in parts(expected[i]).items():
+                assert np.array_equal(parts(together)[name][i], array), (step, i, name)
+            assert many.sims[i].hash() == alone[i].sim.hash(), (step, i)
+        if len(drive) < count:
+            break
+        together, rewards, terminated, truncated, infos = many.step(moves[step, :count])
+        for i in drive.copy():
+            expected[i], reward, ended, late, info = alone[i].step(moves[step, i])
+            assert (rewards[i], terminated[i], truncated[i]) == (reward, ended, late), (step, i)
+            assert infos["speed"][i] == info["speed"]
+            if ended or late:
+                drive.discard(i)
+    many.close()
+
+
+def until_one_ends(env):
+    """Steps until an episode ends; what the step gave."""
+    moves = np.tile(np.array([1.0, 1.0], np.float32), (env.num_envs, 1))
+    # The last environment stays where it is.
+    moves[-1] = 0.0
+    for _ in range(80):
+        given = env.step(moves)
+        if given[2].any():
+            return moves, given
+    raise AssertionError("no episode ended")
+
+
+def test_what_has_ended_is_reset_by_the_next_step():
+    env = relief.make_vec("relief/LaneFollow-v0", 2, size=SIZE)
+    env.reset(seed=3)
+    moves, (_, _, terminated, _, _) = until_one_ends(env)
+    assert terminated.tolist() == [True, False]
+    observation, rewards, terminated, truncated, _ = env.step(moves)
+    assert not terminated.any() and not truncated.any() and rewards[0] == 0.0
+    assert [sim.steps for sim in env.sims][0] == 0
+    # Its picture is that of the reset world.
+    assert np.array_equal(observation[0], env.sims[0].look("camera")["camera"].color)
+    env.close()
+
+
+def test_what_has_ended_is_reset_in_the_same_step():
+    env = relief.make_vec("relief/LaneFollow-v0", 2, size=SIZE, autoreset_mode="SAME_STEP")
+    env.reset(seed=3)
+    _, (observation, _, terminated, _, infos) = until_one_ends(env)
+    assert terminated.tolist() == [True, False]
+    assert infos["_final_obs"].tolist() == [True, False]
+    assert infos["final_obs"][0].shape == observation[0].shape and infos["final_obs"][1] is None
+    assert not np.array_equal(infos["final_obs"][0], observation[0])
+    assert env.sims[0].steps == 0 and env.sims[1].steps > 0
+    env.close()
+
+
+def test_what_has_ended_waits_for_a_reset():
+    env = relief.make_vec("relief/LaneFollow-v0", 2, size=SIZE, autoreset_mode="Disabled")
+    env.reset(seed=3)
+    moves, _ = until_one_ends(env)
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"\[0\]"):
+        env.step(moves)
+    steps = env.sims[1].steps
+    env.reset(options={"reset_mask": np.array([True, False])})
+    assert [sim.steps for sim in env.sims] == [0, steps]
+    env.step(moves)
+    env.close()
+
+
+def test_no_array_is_given_twice():
+    env = relief.make_vec("relief/Traffic-v0", 2, size=SIZE)
+    before, _ = env.reset(seed=1)
+    copies = {name: array.copy() for name, array in before.items()}
+    after, *_ = env.step(np.full((2, 2), 0.5, np.float32))
+    for name, array in before.items():
+        assert not np.shares_memory(array, after[name])
+        assert np.array_equal(array, copies[name])
+    env.close()
+
+
+def test_depths_of_a_byte_are_even_steps_of_the_logarithm():
+    near, far = 0.5, 100.0
+    metres = near * (far / near) ** (np.arange(254) / 253)
+    assert log_depth(metres).tolist() == list(range(1, 255))
+    assert log_depth(np.array([0.1, 1e6, np.inf])).tolist() == [1, 254, 255]
+
+
+def test_what_is_wrong_is_said():
+    with pytest.raises(ValueError, match="unknown environment 'relief/Lane'; expected one of: relief/LaneFollow-v0"):
+        relief.make_vec("relief/Lane", 2)
+    with pytest.raises(ValueError, match="num_envs: expected at least 1, found 0"):
+        relief.make_vec("relief/Traffic-v0", 0)
+    with pytest.raises(ValueError, match="autoreset_mode: expected one of NextStep, SameStep, Disabled, found 'never'"):
+        relief.make_vec("relief/Traffic-v0", 1, autoreset_mode="never")
+    with pytest.raises(ValueError, match="expected no options beside a task"):
+        DrivingVectorEnv(Traffic(), 1, size=SIZE)
+    env = DrivingVectorEnv(LaneFollow(size=SIZE), 2)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros((2, 2), np.float32))
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"actions: expected shape \(2, 2\), found \(3, 2\)"):
+        env.step(np.zeros((3, 2), np.float32))
+    with pytest.raises(ValueError, match="seed: expected 2 seeds, found 1"):
+        env.reset(seed=[1])
+    env.close()
