@@ -28,7 +28,8 @@ struct World {
 }
 
 fn checks(size: u32, [r, g, b]: [u8; 3]) -> Image {
-    let texels = (0..size * size).flat_map(|i| if (i + i / size) % 2 == 0 { [255; 4] } else { [r, g, b, 255] });
+    let texels =
+        (0..size * size).flat_map(|i| if (i + i / size).is_multiple_of(2) { [255; 4] } else { [r, g, b, 255] });
     Image::rgba8("checks", size, size, ImageKind::Color, texels.collect())
 }
 
@@ -74,7 +75,7 @@ fn world(stock: &Stock, seed: u64) -> World {
     let objects = objects.collect();
     simulation.world.spawn((Light::directional(2.0).with_shadows(), Transform::default().looking_to(at(), Vec3::Y)));
     simulation.world.spawn((Light::point(8.0, 20.0).with_shadows(), Transform::from_translation(at())));
-    let tone_map = if seed % 2 == 0 { ToneMap::Clamp } else { ToneMap::Agx };
+    let tone_map = if seed.is_multiple_of(2) { ToneMap::Clamp } else { ToneMap::Agx };
     simulation.world.resource_mut::<Environment>().tone_map = tone_map;
     let outputs = [CameraOutput::Color, CameraOutput::Depth, CameraOutput::Instance];
     for (name, size) in [("left", (48, 32)), ("right", (48, 32)), ("small", (20, 20))] {
@@ -164,6 +165,24 @@ fn what_one_world_changes_in_its_library_others_do_not_see() {
         assert!(seen == expected, "change {i}");
         assert_eq!([seen[0] == before[0], seen[1] == before[0]], [i == 0, false], "change {i}");
     }
+}
+
+#[test]
+fn what_a_forgotten_world_had_changed_is_not_taken_for_what_it_shared() {
+    let Some(gpu) = common::gpu() else { return };
+    let stock = stock();
+    let mut worlds = [world(&stock, 0), world(&stock, 0)];
+    let mut drawing = Drawing::of_many(&gpu);
+    let before = together(&mut drawing, worlds.iter_mut(), &|_| true);
+    let [first, second] = &mut worlds;
+    let mut library = second.simulation.world.resource_mut::<Library>();
+    library.replace_mesh(second.mesh, shapes::cube(Vec3::new(0.3, 2.0, 0.3)));
+    library.replace_image(second.image, checks(8, [0, 200, 0]));
+    let changed = together(&mut drawing, [&mut *second].into_iter(), &|_| true);
+    assert!(changed[0] != before[0]);
+    drawing.forget(second.simulation.draw_list().world);
+    let seen = together(&mut drawing, [&mut *first].into_iter(), &|_| true);
+    assert!(seen[0] == expected(&gpu, first));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Entities of a world, as Python holds them: a world, and a number in it.
 
-use crate::errors::Outcome;
+use crate::errors::{Failure, Outcome};
 use crate::light::LightEntity;
 use crate::portal::Portal;
 use crate::sensor::{CameraArguments, Sensor};
@@ -26,15 +26,20 @@ use std::sync::Arc;
 pub struct Entity {
     pub shared: Arc<Shared>,
     pub id: StateId,
+    /// [`World::birth`]: tells it from what gets its id after a reset.
+    birth: u64,
 }
 
 impl Entity {
-    pub fn new(shared: &Arc<Shared>, id: StateId) -> Self {
-        Self { shared: shared.clone(), id }
-    }
-
+    /// Does something with its world, in which it still is what it was.
     pub fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut World) -> Outcome<T> + Send) -> PyResult<T> {
-        self.shared.with(py, work)
+        let (id, birth) = (self.id, self.birth);
+        self.shared.with(py, move |world| {
+            if world.birth(id) != birth {
+                return Err(Failure::Gone(format!("entity {}", id.0 + 1)));
+            }
+            work(world)
+        })
     }
 }
 
@@ -84,7 +89,8 @@ pub fn wrap(py: Python<'_>, shared: &Arc<Shared>, id: StateId) -> PyResult<Py<Py
 }
 
 pub fn wrap_as(py: Python<'_>, shared: &Arc<Shared>, id: StateId, kind: Kind) -> PyResult<Py<PyAny>> {
-    let entity = PyClassInitializer::from(Entity::new(shared, id));
+    let birth = shared.with(py, move |world| Ok(world.birth(id)))?;
+    let entity = PyClassInitializer::from(Entity { shared: shared.clone(), id, birth });
     Ok(match kind {
         Kind::Vehicle => Py::new(py, entity.add_subclass(Vehicle))?.into_any(),
         Kind::Light => Py::new(py, entity.add_subclass(LightEntity))?.into_any(),
@@ -112,8 +118,8 @@ impl Entity {
     /// Whether it is in its world.
     #[getter]
     fn alive(&self, py: Python<'_>) -> PyResult<bool> {
-        let id = self.id;
-        self.with(py, move |world| Ok(world.living(id).is_some()))
+        let (id, birth) = (self.id, self.birth);
+        self.shared.with(py, move |world| Ok(world.birth(id) == birth && world.living(id).is_some()))
     }
 
     /// Where it is in what it is mounted on, else in the scene: float64 (3,), metres. Setting it moves it at once.
@@ -293,9 +299,10 @@ impl Entity {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let id = self.id;
-        self.with(py, move |world| {
-            let Some(entity) = world.living(id) else { return Ok(format!("<entity {}, gone>", id.0 + 1)) };
+        let (id, birth) = (self.id, self.birth);
+        self.shared.with(py, move |world| {
+            let living = world.living(id).filter(|_| world.birth(id) == birth);
+            let Some(entity) = living else { return Ok(format!("<entity {}, gone>", id.0 + 1)) };
             let kind = format!("{:?}", world.kind(id)?).to_lowercase().replace("other", "entity");
             Ok(format!("<{kind} {} {:?}>", id.0 + 1, name::of_entity(&world.simulation.world, entity)))
         })
@@ -303,7 +310,10 @@ impl Entity {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         let other = other.cast::<Self>();
-        other.is_ok_and(|other| Arc::ptr_eq(&self.shared, &other.get().shared) && self.id == other.get().id)
+        other.is_ok_and(|other| {
+            Arc::ptr_eq(&self.shared, &other.get().shared)
+                && (self.id, self.birth) == (other.get().id, other.get().birth)
+        })
     }
 
     fn __hash__(&self) -> u64 {

@@ -4,7 +4,7 @@ use crate::camera::CameraBatch;
 use crate::capture::Capture;
 use crate::device;
 use crate::errors::{Failure, Outcome};
-use crate::sim::{Sim, is_among};
+use crate::sim::{MOST_STEPS, Sim, is_among};
 use crate::world::World;
 use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
@@ -57,13 +57,23 @@ pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> 
         let message = format!("n: expected a number, or one for each of {} worlds, found {}", sims.len(), each.len());
         return Err(Failure::value(message).into());
     }
-    if let Some(n) = each.iter().find(|&&n| n > 1 << 32) {
-        return Err(Failure::value(format!("n: expected at most 2^32 steps, found {n}")).into());
+    if let Some(n) = each.iter().find(|&&n| n > MOST_STEPS) {
+        return Err(Failure::value(format!("n: expected at most {MOST_STEPS} steps, found {n}")).into());
     }
-    with_all(py, &sims, |worlds| {
-        let worlds: Vec<_> = worlds.into_iter().zip(each).collect();
-        map_in_parallel(worlds.into_iter(), |(world, n)| world.step(n)).into_iter().collect::<Outcome<Vec<u64>>>()
-    })
+    let mut left = each;
+    loop {
+        // In between the keyboard may interrupt.
+        let now: Vec<u64> = left.iter().map(|&left| left.min(1000)).collect();
+        left.iter_mut().zip(&now).for_each(|(left, now)| *left -= now);
+        let steps = with_all(py, &sims, |worlds| {
+            let worlds: Vec<_> = worlds.into_iter().zip(now).collect();
+            map_in_parallel(worlds.into_iter(), |(world, n)| world.step(n)).into_iter().collect::<Outcome<Vec<u64>>>()
+        })?;
+        if left.iter().all(|&left| left == 0) {
+            return Ok(steps);
+        }
+        py.check_signals()?;
+    }
 }
 
 /// Captures every sensor that is due, of several worlds: of each what `Sim.capture` gives, bit for bit, with the cameras

@@ -6,7 +6,7 @@ use crate::values::{Facing, Numbers, Placing, Point};
 use crate::world::Shared;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::name;
@@ -39,7 +39,16 @@ impl<'a, 'py> Arguments<'a, 'py> {
         T: for<'b> FromPyObject<'b, 'py>,
     {
         let Some(value) = self.get(name)? else { return Ok(None) };
-        value.extract::<T>().map(Some).map_err(Into::into)
+        let named = |error: PyErr| {
+            let py = value.py();
+            let message = format!("{name}: {}", error.value(py));
+            if error.is_instance_of::<PyTypeError>(py) {
+                PyTypeError::new_err(message)
+            } else {
+                PyValueError::new_err(message)
+            }
+        };
+        value.extract::<T>().map(Some).map_err(|error| named(error.into()))
     }
 
     /// Nothing is left that has no meaning.

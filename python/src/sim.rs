@@ -1,10 +1,12 @@
 //! `Sim`: a world of a scene, and its run.
 
 use crate::capture::Capture;
-use crate::errors::Failure;
+use crate::errors::{Failure, Outcome};
 use crate::world::{Scene, Shared, World};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
+use relief::bevy_ecs::prelude::Entity as BevyEntity;
+use relief::name;
 use relief::sensors::Wanted;
 use relief::systems::ecs::clock::{Clock, Seed};
 use relief::systems::run::standard_inputs::NextMeshVariant;
@@ -14,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Steps of a call.
-const MOST_STEPS: u64 = 1 << 40;
+pub const MOST_STEPS: u64 = 1 << 40;
 
 /// A world of a scene, and its run.
 ///
@@ -82,6 +84,7 @@ impl Sim {
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
         let names: Vec<String> = names.extract()?;
         let (captured, classes) = self.with(py, move |world| {
+            world.check_sensors(&names)?;
             let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
             Ok((captured, world.simulation.world.resource::<Classes>().clone()))
         })?;
@@ -93,7 +96,7 @@ impl Sim {
     fn look(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
         let names: Vec<String> = names.extract()?;
         let (captured, classes) = self.with(py, move |world| {
-            let all = relief::sensors::sensor_names(&mut world.simulation.world);
+            let all = world.check_sensors(&names)?;
             let wanted: Vec<_> =
                 all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
             let captured = world.capture(Wanted::Look(&wanted))?;
@@ -181,11 +184,7 @@ impl Sim {
     /// Begins the run anew, with a `seed` in the place of this one's if one is given. What was spawned is gone.
     #[pyo3(signature = (*, seed=None))]
     fn reset(&self, py: Python<'_>, seed: Option<u64>) -> PyResult<()> {
-        self.with(py, move |world| {
-            world.refuse_while_kept()?;
-            let seed = seed.or(world.seed);
-            world.begin_anew(seed, |_| Ok(()))
-        })
+        self.with(py, move |world| world.reset(seed))
     }
 
     /// Reads the scene's files anew, and begins the run anew. Raises SceneError; nothing changes then.
@@ -202,8 +201,8 @@ impl Sim {
     /// by `close`, the recording ends in order. `relief replay run.rec --check` and `relief.replay` compare every step.
     /// Raises RecordingError, OutputError.
     fn record(&self, py: Python<'_>, path: PathBuf) -> PyResult<Recording> {
-        self.with(py, move |world| world.record(&path))?;
-        Ok(Recording { shared: self.shared.clone() })
+        let number = self.with(py, move |world| world.record(&path))?;
+        Ok(Recording { shared: self.shared.clone(), number })
     }
 
     /// Gives back what it takes on the graphics device, and ends a recording. It can still be used.
@@ -228,6 +227,22 @@ impl Sim {
     }
 }
 
+impl World {
+    /// The sensors of the world, among which there is one of each name.
+    fn check_sensors(&mut self, names: &[String]) -> Outcome<Vec<(String, BevyEntity)>> {
+        let all = relief::sensors::sensor_names(&mut self.simulation.world);
+        for name in names {
+            if !all.iter().any(|(full, _)| is_among(std::slice::from_ref(name), full)) {
+                let known: Vec<&str> = all.iter().map(|(full, _)| full.as_str()).collect();
+                let hint =
+                    name::nearest(&known, name).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+                return Err(Failure::Name(format!("unknown sensor {name:?}{hint}")));
+            }
+        }
+        Ok(all)
+    }
+}
+
 /// Whether a sensor is wanted: all are where no names are given.
 pub fn is_among(names: &[String], full: &str) -> bool {
     let last = full.rsplit_once('/').map_or(full, |(_, last)| last);
@@ -238,13 +253,15 @@ pub fn is_among(names: &[String], full: &str) -> bool {
 #[pyclass(frozen, module = "relief")]
 pub struct Recording {
     shared: Arc<Shared>,
+    number: u64,
 }
 
 #[pymethods]
 impl Recording {
     /// Ends it in order. Nothing happens where it has ended.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        self.shared.with(py, World::finish)
+        let number = self.number;
+        self.shared.with(py, move |world| world.finish_recording(number))
     }
 
     fn __enter__(own: Py<Self>) -> Py<Self> {

@@ -88,6 +88,12 @@ impl Sim {
             if on_route.is_some() == at.is_some() {
                 return Err(Failure::value("expected one of at and route"));
             }
+            if at.is_some() && (speed, lane, along) != (0.0, 0, 0.0) {
+                return Err(Failure::value("speed, lane and along: expected a route beside them"));
+            }
+            if !speed.is_finite() {
+                return Err(Failure::value(format!("speed: expected m/s, found {speed}")));
+            }
             let spawn = match on_route {
                 Some(on) => Spawn::Driver { name, kind, paint, on, speed, manual: by_hand },
                 None => Spawn::Vehicle {

@@ -18,6 +18,7 @@ use relief::systems::run::snapshot;
 use relief::systems::run::spawn::Spawn;
 use relief::systems::space::Transform;
 use relief::systems::space::origin::Origin;
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -45,6 +46,11 @@ pub struct World {
     pub loaded: LoadedScene,
     pub stepper: Stepper,
     pub sensors: WorldSensors,
+    /// Of what was spawned, which spawning that was, counted from 1: ids are given again after a reset.
+    births: HashMap<StateId, u64>,
+    spawned: u64,
+    /// Recordings that were begun.
+    recordings: u64,
 }
 
 /// A world for several objects of Python, on any thread.
@@ -70,7 +76,17 @@ impl Shared {
 impl World {
     pub fn new(scene: Arc<Scene>, seed: Option<u64>) -> Self {
         let (simulation, loaded) = scene.template.instantiate(seed);
-        Self { scene, seed, simulation, loaded, stepper: Stepper::default(), sensors: WorldSensors::default() }
+        Self {
+            scene,
+            seed,
+            simulation,
+            loaded,
+            stepper: Stepper::default(),
+            sensors: WorldSensors::default(),
+            births: HashMap::new(),
+            spawned: 0,
+            recordings: 0,
+        }
     }
 
     pub fn step_number(&self) -> u64 {
@@ -105,7 +121,20 @@ impl World {
     pub fn spawn(&mut self, spawn: Spawn) -> Outcome<StateId> {
         let id = self.simulation.world.resource::<EntityRegistry>().next_id();
         self.apply(spawn)?;
+        self.spawned += 1;
+        self.births.insert(id, self.spawned);
         Ok(id)
+    }
+
+    /// Which spawning brought an entity into being; 0: it was there when the run began, or came by a replay.
+    pub fn birth(&self, id: StateId) -> u64 {
+        self.births.get(&id).copied().unwrap_or_default()
+    }
+
+    /// What was spawned and is not in the state at hand is forgotten.
+    fn forget_later(&mut self) {
+        let next = self.simulation.world.resource::<EntityRegistry>().next_id();
+        self.births.retain(|id, _| id.0 < next.0);
     }
 
     /// The entity of a number, which lives.
@@ -196,6 +225,12 @@ impl World {
 
     /// Makes the state that of a snapshot. Where that fails the world is as it was.
     pub fn restore(&mut self, bytes: &[u8]) -> Outcome<()> {
+        self.restore_state(bytes)?;
+        self.forget_later();
+        Ok(())
+    }
+
+    fn restore_state(&mut self, bytes: &[u8]) -> Outcome<()> {
         let saved = Snapshot::from_bytes(Path::new(SNAPSHOT), bytes)?;
         let now = Identity { seed: saved.identity.seed, ..self.identity()? };
         saved.identity.check(Path::new(SNAPSHOT), &now)?;
@@ -242,6 +277,14 @@ impl World {
         Ok(())
     }
 
+    /// Begins the run anew: what was spawned is gone.
+    pub fn reset(&mut self, seed: Option<u64>) -> Outcome<()> {
+        self.refuse_while_kept()?;
+        self.begin_anew(seed.or(self.seed), |_| Ok(()))?;
+        self.births.clear();
+        Ok(())
+    }
+
     /// Another world of the scene in the same state.
     pub fn fork(&mut self) -> Outcome<Self> {
         let state = snapshot::save(&mut self.simulation.world);
@@ -264,10 +307,17 @@ impl World {
         Ok(world)
     }
 
-    /// Begins to record.
-    pub fn record(&mut self, path: &Path) -> Outcome<()> {
+    /// Begins to record; the recording's number.
+    pub fn record(&mut self, path: &Path) -> Outcome<u64> {
         let template = &self.scene.template;
-        Ok(self.stepper.record(path, (template.path(), template.files()), &mut self.simulation)?)
+        self.stepper.record(path, (template.path(), template.files()), &mut self.simulation)?;
+        self.recordings += 1;
+        Ok(self.recordings)
+    }
+
+    /// Ends a recording, unless it has ended.
+    pub fn finish_recording(&mut self, number: u64) -> Outcome<()> {
+        if number == self.recordings { self.finish() } else { Ok(()) }
     }
 
     /// Ends a recording, if there is one.
@@ -304,6 +354,11 @@ impl World {
 
 impl Drop for World {
     fn drop(&mut self) {
+        // A forked process has a recording's file from its parent, which goes on with it.
+        if device::check_process().is_ok() {
+            // Nobody is left to hear of it.
+            let _ = self.finish();
+        }
         device::forget(self.simulation.draw_list().world);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::failure::{Failure, say};
 use super::render::{RenderArgs, WorkArgs, with_bar};
+use super::split::refused_option;
 use clap::Parser;
 use relief::frames::{FrameJob, render_frames};
 use relief::sensors::{SensorJob, render_sensors};
@@ -23,6 +24,9 @@ pub fn render(file: &Path, number: usize, args: &RenderArgs) -> Result<(), Failu
         Failure::bad_input(format!("{}: options: {first}", file.display()))
     })?;
     let work = kept.work;
+    if let Some(option) = refused_option(&work) {
+        return Err(Failure::bad_input(format!("{}: options: --{option} is not of shards", file.display())));
+    }
     let resume = args.work.pictures.resume;
     let rendered = render_shard(file, number, resume, |job, ShardRun { folder, frames, part, run }| {
         let scene = args.scene.as_ref().unwrap_or(&job.scene);

@@ -56,23 +56,19 @@ impl SplitArgs {
             self.options.extend(values.map(|value| format!("--{long}={}", value.to_string_lossy())));
         }
     }
+}
 
-    fn refused_option(&self) -> Option<&'static str> {
-        let (pictures, files) = (&self.work.pictures, &self.work.files);
-        let given = [
-            pictures.video.is_some(),
-            pictures.resume,
-            pictures.realtime,
-            files.hash.is_some(),
-            files.record.is_some(),
-        ];
-        NOT_HERE.into_iter().zip(given).find(|(_, is_given)| *is_given).map(|(name, _)| name)
-    }
+/// The first of the given options that shards do not have.
+pub fn refused_option(work: &WorkArgs) -> Option<&'static str> {
+    let (pictures, files) = (&work.pictures, &work.files);
+    let given =
+        [pictures.video.is_some(), pictures.resume, pictures.realtime, files.hash.is_some(), files.record.is_some()];
+    NOT_HERE.into_iter().zip(given).find(|(_, is_given)| *is_given).map(|(name, _)| name)
 }
 
 pub fn run(args: &SplitArgs) -> Result<(), Failure> {
     let work = &args.work;
-    if let Some(option) = args.refused_option() {
+    if let Some(option) = refused_option(work) {
         let instead =
             if option == "video" { "relief merge --video makes a film of the frames" } else { "not of shards" };
         return Err(Failure::bad_input(format!("--{option}: {instead}")));

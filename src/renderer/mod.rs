@@ -403,6 +403,7 @@ impl Renderer {
 
     /// Meshes, maps and tables.
     fn upload(&mut self, frame: &mut FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Result<(), RenderError> {
+        self.assets.begin(frame);
         self.stats.asset_bytes = self.assets.meshes.upload(&self.gpu, frame.library)?;
         self.stats.asset_bytes += self.assets.textures.upload(&self.gpu, frame.list, frame.library)?;
         let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();

@@ -57,11 +57,14 @@ pub(super) struct Assets {
     pub textures: Textures,
     /// What they are of: a library's contents, and how a world's materials are laid out in arrays and classes.
     of: Option<(Contents, Vec<TextureArray>, Vec<MaterialClass>)>,
+    /// The world that uploaded last. What another one of the same contents knew of their versions no longer holds after
+    /// this one has changed its library.
+    noted_by: u64,
 }
 
 impl Assets {
     pub fn new(gpu: &Gpu, textures: Textures) -> Self {
-        Self { meshes: Meshes::new(&gpu.device), textures, of: None }
+        Self { meshes: Meshes::new(&gpu.device), textures, of: None, noted_by: 0 }
     }
 
     /// Whether they are those of a frame.
@@ -72,8 +75,16 @@ impl Assets {
         })
     }
 
+    /// Before a frame's upload, which may fail half-way: what is changed is nobody's until it is [noted](Self::note).
+    pub fn begin(&mut self, frame: &FrameData<'_>) {
+        if !self.are_of(frame) {
+            self.of = None;
+        }
+    }
+
     /// Notes that they are those of a frame, after its upload.
     pub fn note(&mut self, frame: &FrameData<'_>) {
+        self.noted_by = frame.list.world;
         if !self.are_of(frame) {
             let DrawList { texture_arrays, classes, .. } = frame.list;
             self.of = Some((frame.library.contents(), texture_arrays.clone(), classes.clone()));
@@ -108,10 +119,12 @@ impl RestingWorlds {
         let is_shared = |number: u64| {
             uploads.assets == number && world != 0 || self.worlds.values().any(|other| other.assets == number)
         };
-        // Its own, if they are still as it left them, or nobody else's.
+        // Its own, if they are still as it left them: of its contents, or nobody else's, and not changed by another.
+        let is_as_left = |number: u64, assets: &Assets| {
+            assets.are_of(frame) || !is_shared(number) && assets.noted_by == frame.list.world
+        };
         let own = woken.as_ref().map(|own| own.assets);
-        let own = own
-            .filter(|number| self.assets.get(number).is_some_and(|assets| assets.are_of(frame) || !is_shared(*number)));
+        let own = own.filter(|number| self.assets.get(number).is_some_and(|assets| is_as_left(*number, assets)));
         let others = self.assets.iter().filter(|(_, assets)| assets.are_of(frame)).map(|(number, _)| *number).min();
         if own.is_none() {
             // Versions of other assets mean other things.

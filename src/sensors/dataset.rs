@@ -329,7 +329,7 @@ fn next_of_pair(sensor: &Sensor, step: u64) -> Option<u64> {
 }
 
 /// Why a sensor's name cannot be a folder's; `None`: it can.
-fn fault_of_name(name: &str) -> Option<&'static str> {
+pub(super) fn fault_of_name(name: &str) -> Option<&'static str> {
     let is_special = |c: char| c.is_control() || "\\:*?\"<>|".contains(c);
     let mut parts = name.split('/');
     if parts.clone().any(|part| part.is_empty() || part.trim_matches('.').trim().is_empty()) {

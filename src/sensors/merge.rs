@@ -10,7 +10,7 @@
 //! ```
 
 use super::coco::{INSTANCES, PANOPTIC};
-use super::dataset::{DESCRIPTION, MANIFEST};
+use super::dataset::{DESCRIPTION, MANIFEST, fault_of_name};
 use super::films::{folder_of_pictures, path_of_film, time_of_capture};
 use super::manifest::Manifest;
 use super::run_writer::LOG;
@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
+use systems::sensors::CameraOutput;
 
 /// Where a part is.
 pub(crate) struct PartFiles {
@@ -157,8 +158,12 @@ fn merge_films(parts: &[PartFiles], folder: &Path, description: &Value) -> Resul
     let mut made = Vec::new();
     for sensor in description["sensors"].as_array().into_iter().flatten() {
         let Some(name) = sensor["name"].as_str() else { continue };
+        if let Some(fault) = fault_of_name(name) {
+            return Err(refused(&folder.join(DESCRIPTION), format!("sensor {name:?} {fault}")));
+        }
         let every = sensor["every"].as_u64().and_then(|every| u32::try_from(every).ok()).unwrap_or(1);
-        for (output, _) in sensor["outputs"].as_object().into_iter().flatten() {
+        let outputs = sensor["outputs"].as_object().into_iter().flatten().map(|(output, _)| output);
+        for output in outputs.filter(|output| CameraOutput::ALL.iter().any(|(known, _)| known == output)) {
             let pictures: Result<Vec<_>, _> =
                 parts.iter().map(|part| pictures_in(&folder_of_pictures(&part.films, name, output))).collect();
             let mut film: Option<Film> = None;

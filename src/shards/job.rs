@@ -4,9 +4,29 @@ use super::ShardError;
 use crate::output;
 use crate::recording::PROGRAM;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Read;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use systems::run::state_hash::StateHash;
+
+/// Bytes of a file of text at most: hashes of a hundred thousand shards, or of a million files, are fewer.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Reads a file of text.
+///
+/// # Errors
+/// What the system says, or what was expected.
+pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let metadata = file.metadata().map_err(|error| error.to_string())?;
+    if !metadata.is_file() || metadata.len() > MOST_BYTES {
+        return Err("expected a file of at most 256 MB".to_owned());
+    }
+    let mut bytes = Vec::new();
+    file.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
 
 /// A run that is rendered in shards.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -47,7 +67,7 @@ impl Job {
     /// [`ShardError::Refused`]: not such a file, or of another version of the program.
     pub fn read(path: &Path) -> Result<(Self, String), ShardError> {
         let refused = |message: String| ShardError::refused(path, message);
-        let bytes = std::fs::read(path).map_err(|error| refused(error.to_string()))?;
+        let bytes = read_text(path).map_err(refused)?;
         let value: serde_json::Value =
             serde_json::from_slice(&bytes).map_err(|error| refused(format!("not a file of relief split: {error}")))?;
         // Before the rest, which another version may have otherwise.
@@ -68,6 +88,11 @@ impl Job {
                     "shard {number}: expected frames from {end} on, found {}..{}",
                     shard.first, shard.end
                 ));
+            }
+            let parts = shard.snapshot.components();
+            if !parts.clone().all(|part| matches!(part, Component::Normal(_))) || parts.count() == 0 {
+                let found = shard.snapshot.display();
+                return Err(format!("shard {number}: expected a snapshot in the job's folder, found {found}"));
             }
             end = shard.end;
         }

@@ -1,12 +1,11 @@
 //! `manifest.json` of a shard: which files there are, and what made them.
 
+use super::job::read_text;
 use crate::output::{self, OutputError};
 use crate::recording::PROGRAM;
 use crate::renderer::Gpu;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Component, Path, PathBuf};
 use systems::run::state_hash::StateHash;
 
@@ -93,14 +92,13 @@ impl Manifest {
         if !folder.is_dir() {
             return Err("not rendered".to_owned());
         }
-        let file = File::open(folder.join(NAME)).map_err(|error| format!("{NAME}: {error}"))?;
-        let manifest: Self =
-            serde_json::from_reader(BufReader::new(file)).map_err(|error| format!("{NAME} is damaged: {error}"))?;
+        let bytes = read_text(&folder.join(NAME)).map_err(|error| format!("{NAME}: {error}"))?;
+        let manifest: Self = serde_json::from_slice(&bytes).map_err(|error| format!("{NAME} is damaged: {error}"))?;
         if manifest.job != job {
             return Err("rendered for another shards.json".to_owned());
         }
         for (name, hash) in &manifest.blake3 {
-            if !Path::new(name).components().all(|part| matches!(part, Component::Normal(_))) {
+            if !is_below(name) {
                 return Err(format!("{NAME} is damaged: {name:?} is no file of the shard"));
             }
             match output::hash_of(&folder.join(name)) {
@@ -110,5 +108,26 @@ impl Manifest {
             }
         }
         Ok(manifest)
+    }
+}
+
+/// Whether a name is that of something below a folder, as [`output::hashes_of`] writes it.
+fn is_below(name: &str) -> bool {
+    let is_part = |part: &str| !part.is_empty() && part != "." && !part.contains('\\');
+    name.split('/').all(is_part) && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_files_do_not_lead_elsewhere() {
+        for name in ["data/color_00000.png", "films/ego/front/color/7.png", "a"] {
+            assert!(is_below(name), "{name}");
+        }
+        for name in ["", "/a", "data//etc/passwd", "data/../../a", "../a", "./a", "data/.", "data/", "a\\b"] {
+            assert!(!is_below(name), "{name}");
+        }
     }
 }

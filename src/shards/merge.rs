@@ -10,6 +10,7 @@ use crate::sensors::{self, PartFiles};
 use crate::video;
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use systems::ecs::parallel::map_in_parallel;
 
@@ -36,9 +37,17 @@ pub struct MergeOptions {
 pub fn merge(path: &Path, options: &MergeOptions) -> Result<Option<PathBuf>, ShardError> {
     let (job, hash) = Job::read(path)?;
     let MergeOptions { folder, mixed, video } = options;
-    let is_taken = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    if is_taken {
-        return Err(ShardError::refused(folder, "is not empty; expected a new folder"));
+    match fs::read_dir(folder).map(|mut entries| entries.next().is_some()) {
+        Ok(true) => {
+            return Err(ShardError::refused(folder, "is not empty; expected a new folder"));
+        }
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            return Err(ShardError::refused(folder, format!("expected a new folder: {error}")));
+        }
+        _ if folder.file_name().is_none() => {
+            return Err(ShardError::refused(folder, "expected a folder's own name"));
+        }
+        _ => {}
     }
     let manifests = manifests(path, &job, &hash)?;
     check_states(path, &manifests)?;
@@ -142,6 +151,10 @@ fn make_folders(from: &Path, to: &Path) -> Result<(), ShardError> {
 
 /// One file under two names, where the file system has such; else a copy.
 fn link(from: &Path, to: &Path) -> Result<(), ShardError> {
-    let linked = fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(|_| ()));
+    let linked = match fs::hard_link(from, to) {
+        // A copy would write over what is there.
+        Err(error) if error.kind() != ErrorKind::AlreadyExists => fs::copy(from, to).map(|_| ()),
+        linked => linked,
+    };
     Ok(linked.map_err(|error| OutputError::io(to, error))?)
 }

@@ -63,6 +63,14 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
     stage.check_outputs(|read| {
         output::is_same(read, &path) || output::real(read).starts_with(output::real(&snapshots))
     })?;
+    let begins_there = split
+        .from_snapshot
+        .as_deref()
+        .is_some_and(|from| output::is_same(from, &path) || output::real(from).starts_with(output::real(&snapshots)));
+    if begins_there {
+        let from = split.from_snapshot.as_deref().unwrap_or(&path);
+        return Err(ShardError::refused(from, "the run begins with it, and the job would write over it"));
+    }
     let files = RunFiles { from_snapshot: split.from_snapshot.clone(), ..RunFiles::default() };
     let mut run = FrameRun::begin(stage, (scene, &files), &split.frames, false)?;
     let (begin, frames) = (run.step(), run.frames.clone());
