@@ -17,6 +17,7 @@ vehicles have +Z forward and +X to the left. Pictures have rows from the top.
 from __future__ import annotations
 
 import pathlib
+from typing import TYPE_CHECKING, Any
 
 from . import errors
 from ._relief import (
@@ -47,8 +48,11 @@ from ._relief import (
 )
 from .errors import Error, ForkedError, GoneError, GpuError, OutputError, RecordingError, SceneError
 
+if TYPE_CHECKING:
+    from .envs import DrivingVectorEnv, Task
 
-def make_vec(task: str, num_envs: int = 1, **options: object) -> object:
+
+def make_vec(task: str | Task, num_envs: int = 1, **options: Any) -> DrivingVectorEnv:
     """Environments of Gymnasium for many worlds at once: see ``relief.envs.make_vec``. Needs gymnasium."""
     from .envs import make_vec as make
 

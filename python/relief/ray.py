@@ -5,7 +5,7 @@
 when it is whole; doing one twice is harmless. At the end ``relief merge`` checks everything and puts it together; what
 it finds missing or damaged is rendered again. See docs/many_machines.md.
 
-This needs Ray (``pip install ray``) and the program; nothing else of the package.
+This needs Ray (``pip install ray``) and the program.
 """
 
 import argparse

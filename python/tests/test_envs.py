@@ -41,6 +41,17 @@ def test_gymnasium_finds_nothing_wrong(id):
     env.close()
 
 
+def test_the_town_is_the_same_again():
+    env = gymnasium.make("relief/Town-v0", size=SIZE)
+    observation, _ = env.reset(seed=4)
+    assert env.unwrapped.sim["ego"].speed == 0.0
+    *_, terminated, _, _ = env.step(np.zeros(2, np.float32))
+    assert not terminated
+    again, _ = env.reset(seed=4)
+    assert all(np.array_equal(array, parts(again)[name]) for name, array in parts(observation).items())
+    env.close()
+
+
 @pytest.mark.parametrize("count", [1, 3])
 def test_many_at_once_are_what_each_is_alone(count):
     steps, moves = 30, actions(30, 3, seed=5)
@@ -98,6 +109,7 @@ def test_what_has_ended_is_reset_in_the_same_step():
     _, (observation, _, terminated, _, infos) = until_one_ends(env)
     assert terminated.tolist() == [True, False]
     assert infos["_final_obs"].tolist() == [True, False]
+    assert infos["_speed"].tolist() == [False, True] and infos["final_info"]["_speed"].tolist() == [True, False]
     assert infos["final_obs"][0].shape == observation[0].shape and infos["final_obs"][1] is None
     assert not np.array_equal(infos["final_obs"][0], observation[0])
     assert env.sims[0].steps == 0 and env.sims[1].steps > 0
@@ -114,6 +126,20 @@ def test_what_has_ended_waits_for_a_reset():
     env.reset(options={"reset_mask": np.array([True, False])})
     assert [sim.steps for sim in env.sims] == [0, steps]
     env.step(moves)
+    env.close()
+
+
+def test_an_episode_ends_beside_the_road():
+    env = DrivingEnv("relief/Traffic-v0", size=SIZE)
+    env.reset(seed=2)
+    env.sim["ego"].drive(steer=0.0)
+    for _ in range(120):
+        *_, terminated, _, info = env.step(np.array([-1.0, 0.6], np.float32))
+        if terminated:
+            break
+    assert terminated
+    # Half a lane, and what is driven in a step.
+    assert abs(info["offset"]) < 1.75 + 0.1 * abs(info["speed"]) + 0.1
     env.close()
 
 
@@ -150,6 +176,12 @@ def test_what_is_wrong_is_said():
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"actions: expected shape \(2, 2\), found \(3, 2\)"):
         env.step(np.zeros((3, 2), np.float32))
+    with pytest.raises(ValueError, match="actions: expected finite numbers, found nan"):
+        env.step([[0.5, 0.5], [np.nan, 0.0]])
+    # Nothing of it was done.
+    assert np.isfinite(env.step(np.zeros((2, 2), np.float32))[1]).all()
+    with pytest.raises(ValueError, match="size: expected 1 to 4096 pixels along each side"):
+        LaneFollow(size=(0, 36))
     with pytest.raises(ValueError, match="seed: expected 2 seeds, found 1"):
         env.reset(seed=[1])
     env.close()

@@ -132,7 +132,7 @@ def test_a_forked_process_raises_and_does_not_hang():
 
 def worlds_hash(seed):
     sim = relief.Sim(seed=seed)
-    sim.spawn_vehicle("car", at=(0, 0, 0), speed=3)
+    sim.spawn_vehicle("car", at=(0, 0, 0))
     sim.step(10)
     return sim.hash()
 

@@ -1,5 +1,6 @@
 """Worlds: what is spawned, changed and driven; steps, hashes, snapshots, forks and recordings."""
 
+import gc
 import threading
 import time
 
@@ -244,3 +245,40 @@ def test_threads_share_a_world(road):
     other = road.fresh()
     other.step(80)
     assert road.hash() == other.hash()
+
+
+def test_handles_of_what_is_gone_are_not_of_what_gets_their_ids(field):
+    shot = field.snapshot()
+    car = field.spawn_vehicle("car", at=(0, 0, 0))
+    kept = field["sun"]
+    field.restore(shot)
+    box = field.spawn_mesh("box", at=(0, 1, 0))
+    assert box.id == car.id and box != car
+    assert not car.alive and box.alive and kept.alive
+    for use in (car.despawn, lambda: car.speed, lambda: car.drive(throttle=1.0), lambda: car.position):
+        with pytest.raises(relief.GoneError):
+            use()
+    assert box.alive
+    field.reset()
+    assert not box.alive and kept.alive
+
+
+def test_a_recording_ends_once_and_with_its_world(tmp_path):
+    sim = relief.Sim()
+    first = sim.record(tmp_path / "first.rec")
+    sim.step(2)
+    first.close()
+    sim.record(tmp_path / "second.rec")
+    first.close()
+    sim.step(500)
+    del sim, first
+    gc.collect()
+    assert relief.replay(tmp_path / "second.rec", scene=relief.assets() / "field.ron").steps == 502
+
+
+def test_unknown_sensors_are_named(field):
+    field.spawn_vehicle("car", at=(0, 0, 0), name="ego").add_lane("lane")
+    with pytest.raises(KeyError, match='unknown sensor "lame"'):
+        field.capture("lame")
+    with pytest.raises(KeyError, match='unknown sensor "front"'):
+        field.look("front")

@@ -7,7 +7,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from .tasks import CAMERA, FRAME_STEPS, Episode, Task, task_of
+from .tasks import CAMERA, FRAME_STEPS, Episode, Task, check_actions, task_of
 
 
 class DrivingEnv(gymnasium.Env):
@@ -45,7 +45,7 @@ class DrivingEnv(gymnasium.Env):
         """Drives for a tenth of a second."""
         if self._episode is None:
             raise gymnasium.error.ResetNeeded("expected reset() before step()")
-        self.task.act(self._episode, action)
+        self.task.act(self._episode, check_actions(action, self.action_space.shape))
         self._sim.step(FRAME_STEPS)
         capture = self._sim.capture()
         observation, _ = self._look(capture)

@@ -18,6 +18,8 @@ import relief
 FRAME_STEPS = 6
 #: Depths of uint8 pictures, metres: 1 to 254 are from the nearest to the farthest, by their logarithm.
 DEPTH_RANGE = (0.5, 100.0)
+#: Of routes on which vehicles begin, metres; and their speed limits, m/s: slower ones are footpaths.
+SHORTEST_ROUTE, SLOWEST_ROAD = 40.0, 3.0
 #: The names of the sensors on the vehicle.
 CAMERA, LANE, TOUCH = "camera", "lane", "touch"
 
@@ -28,11 +30,15 @@ class Episode:
 
     sim: relief.Sim
     ego: relief.Vehicle
-    speed_limit: float
+    speed_limits: list[float]  # of each route, m/s
     steer: float = 0.0
     pedal: float = 0.0
     turned: float = 0.0
     steps: int = 0
+
+    def speed_limit(self, lane: relief.LaneReading) -> float:
+        """Of the road that the vehicle is on, m/s."""
+        return self.speed_limits[lane.route] if lane.valid else max(self.speed_limits)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,6 +49,19 @@ class Outcome:
     terminated: bool
     truncated: bool
     info: dict
+
+
+def check_actions(actions: object, shape: tuple[int, ...]) -> np.ndarray:
+    """Actions as float32 of a shape. Raises ValueError."""
+    try:
+        given = np.asarray(actions, np.float32)
+    except (TypeError, ValueError):
+        raise ValueError(f"actions: expected numbers of shape {shape}, found {type(actions).__name__}") from None
+    if given.shape != shape:
+        raise ValueError(f"actions: expected shape {shape}, found {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError(f"actions: expected finite numbers, found {given.ravel()[~np.isfinite(given.ravel())][0]}")
+    return given
 
 
 def log_depth(depth: np.ndarray) -> np.ndarray:
@@ -75,13 +94,14 @@ class Task:
     eye = (0.0, 1.3, 3.5)
     #: Of the camera, downward, degrees.
     down_degrees = 8.0
-    #: Whether it may change lanes: only leaving the road ends an episode.
+    #: Whether it may begin in any lane, not in the rightmost alone.
     all_lanes = False
 
-    def __init__(self, *, size: tuple[int, int] = (84, 84), outputs: tuple[str, ...] | None = None) -> None:
-        width, height = size
-        self.size = (int(width), int(height))
-        self.outputs = tuple(self.outputs if outputs is None else outputs)
+    def __init__(self, *, size: tuple[int, int] = (84, 84)) -> None:
+        width, height = (int(side) for side in size)
+        if not (1 <= width <= 4096 and 1 <= height <= 4096):
+            raise ValueError(f"size: expected 1 to 4096 pixels along each side, found {size}")
+        self.size = (width, height)
 
     def load(self) -> relief.Sim:
         """The world that all others are made from."""
@@ -99,7 +119,9 @@ class Task:
     def begin(self, sim: relief.Sim, random: np.random.Generator) -> Episode:
         """Begins an episode in a world: the same numbers, the same episode."""
         sim.reset(seed=int(random.integers(2**31)))
-        routes = [route for route in sim.routes if not self.routes or route.name in self.routes]
+        routes = [route for route in sim.routes if self.is_road(route)]
+        if not routes:
+            raise ValueError(f"{sim.name}: expected a route for cars, of {SHORTEST_ROUTE:g} m and more")
         route = routes[int(random.integers(len(routes)))]
         lane = int(random.integers(route.lanes)) if self.all_lanes else 0
         along = self.free_place(sim, route, lane, random)
@@ -116,23 +138,29 @@ class Task:
         )
         ego.add_lane(LANE, at=(0.0, 0.0, 0.0), every=FRAME_STEPS)
         ego.add_collision(TOUCH, every=FRAME_STEPS)
-        return Episode(sim, ego, speed_limit=route.speed_limit)
+        return Episode(sim, ego, speed_limits=[max(route.speed_limit, SLOWEST_ROAD) for route in sim.routes])
+
+    def is_road(self, route: relief.Route) -> bool:
+        """Whether a vehicle may begin there: long enough, and no footpath."""
+        is_wanted = not self.routes or route.name in self.routes
+        return is_wanted and route.length >= SHORTEST_ROUTE and route.speed_limit >= SLOWEST_ROAD
 
     def free_place(self, sim: relief.Sim, route: relief.Route, lane: int, random: np.random.Generator) -> float:
-        """Metres along a route at which nothing is near."""
-        length = route.length if route.closed else max(route.length - 40.0, 0.0)
+        """Metres along a route at which nothing is near: of 64 places at random the one farthest from all others."""
+        length = route.length if route.closed else route.length - SHORTEST_ROUTE / 2.0
+        along = random.uniform(0.0, length, 64)
         others = np.array([vehicle.position for vehicle in sim.vehicles]).reshape(-1, 3)
-        along = 0.0
-        for _ in range(64):
-            along = float(random.uniform(0.0, length))
-            [place] = route.points([along], lane)
-            if not len(others) or np.linalg.norm(others - place, axis=1).min() > 14.0:
-                break
-        return along
+        if not len(others):
+            return float(along[0])
+        places = route.points(along.tolist(), lane)
+        nearest = np.linalg.norm(places[:, None] - others[None], axis=2).min(axis=1)
+        # The first with room enough, so that some begin close behind others.
+        free = np.flatnonzero(nearest > 14.0)
+        return float(along[free[0] if len(free) else nearest.argmax()])
 
     def act(self, episode: Episode, action: np.ndarray) -> None:
         """Asks the vehicle for an action."""
-        steer, pedal = (float(part) for part in np.clip(np.asarray(action, np.float32), -1.0, 1.0))
+        steer, pedal = (float(part) for part in np.clip(check_actions(action, (2,)), -1.0, 1.0))
         episode.turned = abs(steer - episode.steer)
         episode.steer, episode.pedal = steer, pedal
         episode.ego.drive(steer=steer, throttle=max(pedal, 0.0), brake=max(-pedal, 0.0))
@@ -148,9 +176,10 @@ class Task:
         half_width = lane.width / 2.0 if lane.valid else 1.0
         off = min(abs(lane.offset) / half_width, 1.0) if lane.valid else 1.0
         along = lane.speed * math.cos(lane.heading_error) if lane.valid else 0.0
-        reward = along / episode.speed_limit - 0.5 * off - 0.05 * episode.turned
+        reward = along / episode.speed_limit(lane) - 0.5 * off - 0.05 * episode.turned
         touches = any(contact.depth > 0.0 for contact in capture[f"ego/{TOUCH}"])
-        left = not lane.valid or (off >= 1.0 and not self.all_lanes)
+        # Where there are several lanes the sensor tells the nearest: beyond its edge is beside the road.
+        left = not lane.valid or off >= 1.0
         info = {"speed": lane.speed, "offset": lane.offset, "progress": along * FRAME_STEPS / 60.0}
         late = episode.steps * FRAME_STEPS >= self.seconds * 60.0
         terminated = bool(left or touches)
@@ -186,7 +215,7 @@ class Traffic(Task):
     def observe(self, episode: Episode, capture: relief.Capture) -> object:
         camera, lane = capture[f"ego/{CAMERA}"], capture[f"ego/{LANE}"]
         state = [
-            lane.speed / episode.speed_limit,
+            lane.speed / episode.speed_limit(lane),
             2.0 * lane.offset / lane.width if lane.valid else 0.0,
             lane.heading_error / math.pi,
             20.0 * lane.curvature,

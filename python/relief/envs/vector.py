@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 
 import relief
 
-from .tasks import FRAME_STEPS, TASKS, Episode, Task, task_of
+from .tasks import FRAME_STEPS, Episode, Task, check_actions, task_of
 
 #: What becomes of environments whose episode has ended, by Gymnasium's names: reset by the next step, whose action does
 #: not count; within the step itself, with the last observation in ``info["final_obs"]``; or by `reset` alone.
@@ -19,7 +19,7 @@ MODES = ("NextStep", "SameStep", "Disabled")
 
 
 def _mode(mode: Any) -> str:
-    """By name, or as Gymnasium's enumeration, which its early versions lack."""
+    """By name, or as Gymnasium's enumeration, which versions before 1.1 lack."""
     name = str(getattr(mode, "value", mode)).replace("_", "").lower()
     found = next((known for known in MODES if known.lower() == name), None)
     if found is None:
@@ -95,9 +95,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
 
     def step(self, actions):
         """Drives all vehicles for a tenth of a second."""
-        actions = np.asarray(actions)
-        if actions.shape != self.action_space.shape:
-            raise ValueError(f"actions: expected shape {self.action_space.shape}, found {actions.shape}")
+        actions = check_actions(actions, self.action_space.shape)
         if any(episode is None for episode in self._episodes):
             raise gymnasium.error.ResetNeeded("expected reset() before step()")
         begun = self._ended.copy() if self.mode == "NextStep" else np.zeros(self.num_envs, dtype=bool)
@@ -118,12 +116,18 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         rewards = np.array([0.0 if outcome is None else outcome.reward for outcome in outcomes], dtype=np.float64)
         terminated = np.array([outcome is not None and outcome.terminated for outcome in outcomes])
         truncated = np.array([outcome is not None and outcome.truncated for outcome in outcomes])
-        infos: dict[str, Any] = {}
-        for i, outcome in enumerate(outcomes):
-            if outcome is not None:
-                infos = self._add_info(infos, outcome.info, i)
         self._ended = terminated | truncated
-        if self.mode == "SameStep" and self._ended.any():
+        # In the same step, what was known of an episode that has ended is in its final info alone.
+        is_final = self._ended & (self.mode == "SameStep")
+        infos: dict[str, Any] = {}
+        final: dict[str, Any] = {}
+        for i, outcome in enumerate(outcomes):
+            if outcome is not None and is_final[i]:
+                final = self._add_info(final, outcome.info, i)
+            elif outcome is not None:
+                infos = self._add_info(infos, outcome.info, i)
+        if is_final.any():
+            infos["final_info"], infos["_final_info"] = final, is_final.copy()
             captures = self._begin_ended(captures, infos)
         return self._observations(captures), rewards, terminated, truncated, infos
 
@@ -133,9 +137,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         for i in np.flatnonzero(self._ended):
             final[i] = self.task.observe(self._episodes[i], captures[i])
             self._begin(i)
-        own = {key: value for key, value in infos.items()}
         infos["final_obs"], infos["_final_obs"] = final, self._ended.copy()
-        infos["final_info"], infos["_final_info"] = own, self._ended.copy()
         which = np.flatnonzero(self._ended).tolist()
         begun = dict(zip(which, relief.capture_due([self._sims[i] for i in which])))
         self._ended[:] = False
