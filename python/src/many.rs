@@ -47,7 +47,7 @@ pub enum Steps {
 /// the same as one after the other. Returns the numbers of steps done. Raises what `Sim.step` raises, of the first world
 /// that does.
 #[pyfunction]
-#[pyo3(signature = (sims, n=Steps::All(1)))]
+#[pyo3(signature = (sims, n=Steps::All(1)), text_signature = "(sims, n=1)")]
 pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> {
     let each = match n {
         Steps::All(n) => vec![n; sims.len()],

@@ -45,7 +45,7 @@ class DrivingEnv(gymnasium.Env):
         """Drives for a tenth of a second."""
         if self._episode is None:
             raise gymnasium.error.ResetNeeded("expected reset() before step()")
-        self.task.act(self._episode, check_actions(action, self.action_space.shape))
+        self.task.act(self._episode, check_actions(action, (2,)))
         self._sim.step(FRAME_STEPS)
         capture = self._sim.capture()
         observation, _ = self._look(capture)

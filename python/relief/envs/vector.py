@@ -62,8 +62,8 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         first = self.task.load()
         self._sims = [first, *(first.fresh() for _ in range(num_envs - 1))]
-        self._random: list[np.random.Generator | None] = [None] * num_envs
-        self._episodes: list[Episode | None] = [None] * num_envs
+        self._random: dict[int, np.random.Generator] = {}
+        self._episodes: dict[int, Episode] = {}
         self._ended = np.zeros(num_envs, dtype=bool)
 
     @property
@@ -80,38 +80,37 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         which = np.ones(self.num_envs, dtype=bool) if mask is None else np.asarray(mask, dtype=bool)
         if which.shape != (self.num_envs,):
             raise ValueError(f"reset_mask: expected {self.num_envs} values, found shape {which.shape}")
-        for i in np.flatnonzero(which):
+        for i in np.flatnonzero(which).tolist():
             self._begin(i, seeds[i])
-        if any(episode is None for episode in self._episodes):
+        if len(self._episodes) < self.num_envs:
             raise ValueError("reset_mask: expected a reset of all environments first")
         self._ended &= ~which
         captures = relief.capture_due(self._sims)
         return self._observations(captures), {}
 
     def _begin(self, i: int, seed: int | None = None) -> None:
-        if seed is not None or self._random[i] is None:
+        if seed is not None or i not in self._random:
             self._random[i], _ = seeding.np_random(seed)
         self._episodes[i] = self.task.begin(self._sims[i], self._random[i])
 
-    def step(self, actions):
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Drives all vehicles for a tenth of a second."""
-        actions = check_actions(actions, self.action_space.shape)
-        if any(episode is None for episode in self._episodes):
+        actions = check_actions(actions, (self.num_envs, 2))
+        if len(self._episodes) < self.num_envs:
             raise gymnasium.error.ResetNeeded("expected reset() before step()")
         begun = self._ended.copy() if self.mode == "NextStep" else np.zeros(self.num_envs, dtype=bool)
         if self.mode == "Disabled" and self._ended.any():
             ended = np.flatnonzero(self._ended).tolist()
             raise gymnasium.error.ResetNeeded(f"expected reset() of the environments whose episode has ended: {ended}")
-        for i, (episode, action) in enumerate(zip(self._episodes, actions)):
+        for i, action in enumerate(actions):
             if begun[i]:
                 self._begin(i)
             else:
-                self.task.act(episode, action)
+                self.task.act(self._episodes[i], action)
         relief.step(self._sims, np.where(begun, 0, FRAME_STEPS).tolist())
         captures = relief.capture_due(self._sims)
         outcomes = [
-            None if begun[i] else self.task.outcome(episode, capture)
-            for i, (episode, capture) in enumerate(zip(self._episodes, captures))
+            None if begun[i] else self.task.outcome(self._episodes[i], capture) for i, capture in enumerate(captures)
         ]
         rewards = np.array([0.0 if outcome is None else outcome.reward for outcome in outcomes], dtype=np.float64)
         terminated = np.array([outcome is not None and outcome.terminated for outcome in outcomes])
@@ -134,7 +133,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
     def _begin_ended(self, captures: list, infos: dict[str, Any]) -> list:
         """Begins the episodes of environments whose last has ended. Their last observations are in `infos`."""
         final = np.full(self.num_envs, None, dtype=object)
-        for i in np.flatnonzero(self._ended):
+        for i in np.flatnonzero(self._ended).tolist():
             final[i] = self.task.observe(self._episodes[i], captures[i])
             self._begin(i)
         infos["final_obs"], infos["_final_obs"] = final, self._ended.copy()
@@ -145,7 +144,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
 
     def _observations(self, captures: list) -> Any:
         """Of all environments, in arrays that nothing else has."""
-        each = [self.task.observe(episode, capture) for episode, capture in zip(self._episodes, captures)]
+        each: list[Any] = [self.task.observe(self._episodes[i], capture) for i, capture in enumerate(captures)]
         if isinstance(self.single_observation_space, gymnasium.spaces.Dict):
             return {key: np.stack([own[key] for own in each]) for key in self.single_observation_space}
         return np.stack(each)
