@@ -1,11 +1,13 @@
-"""Learns to keep a lane, with no more than numpy beside Gymnasium: python examples/python/learn_lane.py [--seconds 120] [--environments 32].
+"""Learns to keep a lane, with no more than numpy beside Gymnasium.
+
+python examples/python/learn_lane.py [--seconds 120] [--environments 32]
 
 The cross-entropy method (Rubinstein, 1999; for policies Szita and Lörincz, 2006): policies are drawn from a normal
 distribution, each drives once, and the distribution moves to the best of them. A policy is linear in a grey picture of
 16 × 16 pixels: it turns the wheel, and brakes where it turns much.
 
-Prints the mean reward and how far the best policies of each generation came, then how far the mean policy comes on roads
-that begin elsewhere; beside it what driving straight ahead comes to.
+Prints the mean reward and how far the best policies of each generation came, then how far the mean policy comes from
+other places; beside it what driving straight ahead comes to.
 """
 
 import argparse

@@ -238,9 +238,9 @@ impl Entity {
         self.with(py, move |world| if world.living(id).is_some() { world.apply(Despawn(id)) } else { Ok(()) })
     }
 
-    /// Puts it elsewhere at once: `at` in what it is mounted on, else in the scene, metres; turned by `yaw` to the left,
-    /// `pitch` up and `roll` with the right side down, radians. What looks along its own −Z (cameras and lights) looks
-    /// forward, along +Z, where these are 0.
+    /// Puts it elsewhere at once: `at` in what it is mounted on, else in the scene, metres; turned by `yaw` to the
+    /// left, `pitch` up and `roll` with the right side down, radians. What looks along its own −Z (cameras and lights)
+    /// looks forward, along +Z, where these are 0.
     #[pyo3(signature = (at, *, yaw=0.0, pitch=0.0, roll=0.0, look_at=None))]
     fn place(
         &self,

@@ -44,8 +44,8 @@ pub enum Steps {
 }
 
 /// Takes so many steps of every world, several worlds at a time. `n`: of all, or a list with those of each. Results are
-/// the same as one after the other. Returns the numbers of steps done. Raises what `Sim.step` raises, of the first world
-/// that does.
+/// the same as one after the other. Returns the numbers of steps done. Raises what `Sim.step` raises, of the first
+/// world that does.
 #[pyfunction]
 #[pyo3(signature = (sims, n=Steps::All(1)), text_signature = "(sims, n=1)")]
 pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> {
@@ -76,8 +76,8 @@ pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> 
     }
 }
 
-/// Captures every sensor that is due, of several worlds: of each what `Sim.capture` gives, bit for bit, with the cameras
-/// of all worlds in one submission to the graphics device. Raises GpuError.
+/// Captures every sensor that is due, of several worlds: of each what `Sim.capture` gives, bit for bit, with the
+/// cameras of all worlds in one submission to the graphics device. Raises GpuError.
 #[pyfunction]
 pub fn capture_due(py: Python<'_>, sims: Vec<Py<Sim>>) -> PyResult<Vec<Capture>> {
     let captured = with_all(py, &sims, |worlds| {

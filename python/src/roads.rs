@@ -39,8 +39,8 @@ pub struct Route {
 
 #[pymethods]
 impl Route {
-    /// Points of a lane, or of the centre line where none is given, so many metres along the centre line, in the scene's
-    /// coordinates: float64 (N, 3).
+    /// Points of a lane, or of the centre line where none is given, so many metres along the centre line, in the
+    /// scene's coordinates: float64 (N, 3).
     #[pyo3(signature = (along, lane=None))]
     fn points<'py>(
         &self,

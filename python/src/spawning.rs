@@ -51,10 +51,10 @@ fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute,
 
 #[pymethods]
 impl Sim {
-    /// Brings a vehicle into being at once, of a type by name. `at`: in the scene, metres, the middle of its rear axle on
-    /// the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in a
-    /// `lane`, which it follows. `by_hand`: it goes by `Vehicle.drive` even where it has a route. `paint`: which of its
-    /// type's paints, counted round.
+    /// Brings a vehicle into being at once, of a type by name. `at`: in the scene, metres, the middle of its rear axle
+    /// on the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in
+    /// a `lane`, which it follows. `by_hand`: it goes by `Vehicle.drive` even where it has a route. `paint`: which of
+    /// its type's paints, counted round.
     #[pyo3(signature = (
         kind, at=None, *, yaw=0.0, name=None, by_hand=false, paint=0, route=None, lane=0, along=0.0, speed=0.0
     ))]
@@ -133,8 +133,8 @@ impl Sim {
         wrap_as(py, &self.shared, id, Kind::Light)
     }
 
-    /// Draws once more, at another place, what is drawn of an entity that the scene began with, and of what is below it.
-    /// `scale`: along its own axes.
+    /// Draws once more, at another place, what is drawn of an entity that the scene began with, and of what is below
+    /// it. `scale`: along its own axes.
     #[pyo3(signature = (like, at, *, yaw=0.0, pitch=0.0, roll=0.0, scale=None, name=None))]
     #[allow(clippy::too_many_arguments)]
     fn spawn_mesh(
@@ -200,8 +200,8 @@ impl Sim {
         add_imu(py, &self.shared, name, None, arguments)
     }
 
-    /// A receiver of satellite navigation in the scene, which needs a geo_origin. Keywords: as `add_camera` for its place
-    /// and rate; `horizontal_sigma`, `vertical_sigma` metres, `velocity_sigma` m/s.
+    /// A receiver of satellite navigation in the scene, which needs a geo_origin. Keywords: as `add_camera` for its
+    /// place and rate; `horizontal_sigma`, `vertical_sigma` metres, `velocity_sigma` m/s.
     #[pyo3(signature = (name, **arguments))]
     fn add_gnss(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
         add_gnss(py, &self.shared, name, None, arguments)

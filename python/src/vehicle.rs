@@ -142,8 +142,8 @@ impl Vehicle {
         Ok(dict)
     }
 
-    /// Asks for something under manual control; what is not given stays. `throttle`: 0 to 1 of its acceleration, −1 to 0
-    /// in reverse. `brake`: 0 to 1 of its hardest braking. `steer`: −1 to 1 of its largest steering angle, left
+    /// Asks for something under manual control; what is not given stays. `throttle`: 0 to 1 of its acceleration, −1 to
+    /// 0 in reverse. `brake`: 0 to 1 of its hardest braking. `steer`: −1 to 1 of its largest steering angle, left
     /// positive. `headlights`: "off", "low" or "high". `indicator`: "off", "left", "right" or "hazard".
     #[pyo3(signature = (*, throttle=None, brake=None, steer=None, headlights=None, indicator=None))]
     fn drive(

@@ -31,7 +31,8 @@ ROAD = """(
 
 
 def needed(package):
-    """A package that some tests need. Where it is missing they are skipped; in strict mode (``RELIEF_STRICT``) they fail."""
+    """A package that some tests need. Where it is missing they are skipped; in strict mode (``RELIEF_STRICT``) they
+    fail."""
     if os.environ.get("RELIEF_STRICT", "0") != "0":
         return importlib.import_module(package)
     return pytest.importorskip(package)

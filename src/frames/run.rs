@@ -117,8 +117,8 @@ impl FrameRun {
         Ok(self.stepper.save_snapshot(path, &mut self.stage.simulation)?)
     }
 
-    /// After the last frame: goes on to the last state that is expected, and writes what the run is kept in. Returns the
-    /// snapshot's file, if one was asked for.
+    /// After the last frame: goes on to the last state that is expected, and writes what the run is kept in. Returns
+    /// the snapshot's file, if one was asked for.
     ///
     /// # Errors
     /// [`FrameError`].

@@ -43,8 +43,8 @@ impl WholeFolder {
         &self.temporary
     }
 
-    /// Gives it its name, in place of a folder that has that already. Removes what others left unfinished under it a day
-    /// ago.
+    /// Gives it its name, in place of a folder that has that already. Removes what others left unfinished under it a
+    /// day ago.
     ///
     /// # Errors
     /// [`OutputError::Io`].

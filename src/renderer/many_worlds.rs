@@ -15,10 +15,10 @@ pub type ReadFrame<'a> = dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError
 pub type Lend<'a> = dyn FnMut(usize, &mut ReadFrame<'_>) -> Result<(), RenderError> + 'a;
 
 impl Renderer {
-    /// Draws views of several worlds and reads back what their settings ask for: of each world in the order of its plans.
-    /// Views that agree in size, samples, outputs and tone map are drawn together, whichever world they are of, with one
-    /// wait for the GPU. `lend` hands over the frame of a world by its place in the list; it may be asked for several
-    /// times. The renderer should [keep worlds](Self::keep_worlds), each of which is to be listed once.
+    /// Draws views of several worlds and reads back what their settings ask for: of each world in the order of its
+    /// plans. Views that agree in size, samples, outputs and tone map are drawn together, whichever world they are of,
+    /// with one wait for the GPU. `lend` hands over the frame of a world by its place in the list; it may be asked for
+    /// several times. The renderer should [keep worlds](Self::keep_worlds), each of which is to be listed once.
     ///
     /// # Errors
     /// [`RenderError`].

@@ -216,8 +216,8 @@ impl Batch {
 }
 
 impl Renderer {
-    /// Draws views of a frame and reads back what their settings ask for, in the order of the plans. Views that agree in
-    /// size, samples and outputs are drawn together, with one wait for the GPU. What a view shows does not depend on
+    /// Draws views of a frame and reads back what their settings ask for, in the order of the plans. Views that agree
+    /// in size, samples and outputs are drawn together, with one wait for the GPU. What a view shows does not depend on
     /// the others, to the bit. Views are told apart by their place among those alike: keep their order from frame to
     /// frame.
     ///

@@ -53,8 +53,8 @@ impl Drawing {
         self.renderer.forget_world(world);
     }
 
-    /// Captures sensors of several worlds, with the views of all cameras in one submission, as far as they agree in size
-    /// and outputs. What is measured is what each world gives alone, to the bit.
+    /// Captures sensors of several worlds, with the views of all cameras in one submission, as far as they agree in
+    /// size and outputs. What is measured is what each world gives alone, to the bit.
     ///
     /// # Errors
     /// [`RenderError`].

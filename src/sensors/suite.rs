@@ -45,7 +45,8 @@ impl SensorSuite {
 
     /// Captures sensors of the state at hand to look at them, whether they are due or not. Those that are due measure
     /// what [`Self::capture`] gives, but for lidars in the first steps of a run: before one was due for the second time
-    /// it fires here as many columns as it does later. A lidar that sweeps and is not due is fired as if it stood still.
+    /// it fires here as many columns as it does later. A lidar that sweeps and is not due is fired as if it stood
+    /// still.
     ///
     /// # Errors
     /// [`RenderError`].

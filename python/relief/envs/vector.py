@@ -73,7 +73,10 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
 
     def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None):
         """Begins episodes: in all environments, or, as ``options={"reset_mask": …}`` says, in some."""
-        seeds = seed if isinstance(seed, (list, tuple)) else [None if seed is None else seed + i for i in range(self.num_envs)]
+        if isinstance(seed, (list, tuple)):
+            seeds: list[int | None] = list(seed)
+        else:
+            seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed: expected {self.num_envs} seeds, found {len(seeds)}")
         mask = (options or {}).get("reset_mask")
