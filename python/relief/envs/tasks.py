@@ -92,8 +92,8 @@ class Task:
     outputs: tuple[str, ...] = ("color",)
     #: From the middle of the vehicle's rear axle: left, up and forward, metres.
     eye = (0.0, 1.3, 3.5)
-    #: Of the camera, downward, degrees.
-    down_degrees = 8.0
+    #: Of the camera, downward, and from the upper to the lower edge of its picture, degrees.
+    down_degrees, fov_y_degrees = 8.0, 70.0
     #: Whether it may begin in any lane, not in the rightmost alone.
     all_lanes = False
 
@@ -131,7 +131,7 @@ class Task:
             size=self.size,
             at=self.eye,
             pitch=-math.radians(self.down_degrees),
-            fov_y_degrees=70.0,
+            fov_y_degrees=self.fov_y_degrees,
             outputs=self.outputs,
             samples=1,
             every=FRAME_STEPS,
