@@ -92,8 +92,8 @@ impl Instances {
         let annotations = self.annotations.len() as u64;
         self.images.extend(numbered_on(other.images, pictures));
         self.annotations.extend(other.annotations.into_iter().map(|annotation| Annotation {
-            id: annotation.id + annotations,
-            image_id: annotation.image_id + pictures,
+            id: annotation.id.wrapping_add(annotations),
+            image_id: annotation.image_id.wrapping_add(pictures),
             ..annotation
         }));
     }
@@ -167,12 +167,12 @@ impl Panoptic {
         self.images.extend(numbered_on(other.images, pictures));
         let of_pictures = other.annotations.into_iter();
         self.annotations
-            .extend(of_pictures.map(|segments| Segments { image_id: segments.image_id + pictures, ..segments }));
+            .extend(of_pictures.map(|segments| Segments { image_id: segments.image_id.wrapping_add(pictures), ..segments }));
     }
 }
 
 fn numbered_on(pictures: Vec<Picture>, before: u64) -> impl Iterator<Item = Picture> {
-    pictures.into_iter().map(move |picture| Picture { id: picture.id + before, ..picture })
+    pictures.into_iter().map(move |picture| Picture { id: picture.id.wrapping_add(before), ..picture })
 }
 
 /// A number as the colour of a panoptic picture: R + 256·G + 65536·B (`panopticapi/utils.py`); 24 bits of it.

@@ -26,7 +26,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufReader, BufWriter};
+use std::io::{BufReader, BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 use systems::sensors::CameraOutput;
 
@@ -52,15 +52,14 @@ pub(crate) fn merge(
     folder: &Path,
     mut hashes: BTreeMap<String, String>,
 ) -> Result<(), FrameError> {
-    let has = |name: &str| parts.iter().all(|part| part.data.join(name).is_file());
     let mut made = vec![folder.join(DESCRIPTION)];
     let description = description(parts)?;
     write(&made[0], Ok(format!("{description:#}\n").into_bytes()))?;
-    if has(LOG) {
+    if all_have(parts, LOG)? {
         made.push(folder.join(LOG));
         merge_logs(parts, &folder.join(LOG))?;
     }
-    if has(INSTANCES) {
+    if all_have(parts, INSTANCES)? {
         made.push(merge_json(parts, folder, INSTANCES, Instances::append)?);
         made.push(merge_json(parts, folder, PANOPTIC, Panoptic::append)?);
     }
@@ -70,6 +69,15 @@ pub(crate) fn merge(
     let mut manifest: Manifest = read_json(&last.data.join(MANIFEST))?;
     manifest.blake3 = hashes;
     write(&folder.join(MANIFEST), manifest.text().map(String::into_bytes).map_err(Into::into))
+}
+
+/// Whether parts have a file that is made of the run as a whole: all of them, or none.
+fn all_have(parts: &[PartFiles], name: &str) -> Result<bool, FrameError> {
+    let (have, lack): (Vec<_>, Vec<_>) = parts.iter().map(|part| part.data.join(name)).partition(|path| path.is_file());
+    match (have.first(), lack.first()) {
+        (Some(_), Some(lack)) => Err(refused(lack, "is not there; expected it as in other parts of the run")),
+        (have, _) => Ok(have.is_some()),
+    }
 }
 
 fn refused(path: &Path, message: impl std::fmt::Display) -> FrameError {
@@ -126,7 +134,10 @@ fn merge_logs(parts: &[PartFiles], path: &Path) -> Result<(), FrameError> {
     for part in parts {
         let from = part.data.join(LOG);
         let file = File::open(&from).map_err(|error| refused(&from, error))?;
-        log.append_all(BufReader::new(file)).map_err(|error| OutputError::io(path, error))?;
+        log.append_all(BufReader::new(file)).map_err(|error| match error.kind() {
+            ErrorKind::InvalidData | ErrorKind::InvalidInput | ErrorKind::UnexpectedEof => refused(&from, error),
+            _ => OutputError::io(path, error).into(),
+        })?;
     }
     let ended = log.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
     Ok(ended.map_err(|error| OutputError::io(path, error))?.finish()?)
@@ -202,4 +213,42 @@ fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FrameError> {
     let mut pictures: Vec<(u64, PathBuf)> = numbered.collect();
     pictures.sort_unstable();
     Ok(pictures.into_iter().map(|(_, path)| path).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parts(folder: &Path, logs: [Option<&[u8]>; 2]) -> Vec<PartFiles> {
+        let part = |(number, log): (usize, Option<&[u8]>)| {
+            let data = folder.join(number.to_string());
+            fs::create_dir(&data).unwrap();
+            fs::write(data.join(DESCRIPTION), r#"{"sensors": []}"#).unwrap();
+            if let Some(log) = log {
+                fs::write(data.join(LOG), log).unwrap();
+            }
+            PartFiles { films: data.join("films"), data }
+        };
+        logs.into_iter().enumerate().map(part).collect()
+    }
+
+    fn refusal(logs: [Option<&[u8]>; 2]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = parts(folder.path(), logs);
+        merge(&parts, &folder.path().join("whole"), BTreeMap::new()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_log_that_one_part_lacks_is_named() {
+        let mut log = Vec::new();
+        Log::new(std::io::Cursor::new(&mut log)).unwrap().finish().unwrap();
+        let said = refusal([Some(&log), None]);
+        assert!(said.contains("1/sensors.mcap") && said.contains("other parts"), "{said}");
+    }
+
+    #[test]
+    fn a_log_that_cannot_be_read_is_named_and_not_the_one_that_is_written() {
+        let said = refusal([Some(b"no log"), Some(b"no log")]);
+        assert!(said.contains("0/sensors.mcap"), "{said}");
+    }
 }
