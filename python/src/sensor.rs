@@ -131,7 +131,7 @@ impl CameraArguments {
         let mut arguments = Arguments::new(given);
         let mounting = Mounting::read(&mut arguments)?;
         let mut camera = CameraSensor::default();
-        camera.size = arguments.take("size")?.unwrap_or(camera.size);
+        camera.size = arguments.take::<[u32; 2]>("size")?.map_or(camera.size, Into::into);
         camera.near = arguments.take("near")?.unwrap_or(camera.near);
         let far = arguments.take("far")?;
         camera.samples = arguments.take("samples")?.unwrap_or(camera.samples);

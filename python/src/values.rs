@@ -86,6 +86,9 @@ impl Placing {
         }
         let at = at.map_or(DVec3::ZERO, Point::vector);
         let look_at = look_at.map(Point::vector);
+        if look_at.is_some() && (yaw, pitch) != (0.0, 0.0) {
+            return Err(Failure::value("expected either look_at, or yaw and pitch"));
+        }
         if look_at.is_some_and(|target| target.distance(at) < 1e-6) {
             return Err(Failure::value("look_at: expected another point than at"));
         }
@@ -96,16 +99,18 @@ impl Placing {
     pub fn transform(&self, origin: DVec3, facing: Facing) -> Transform {
         let at = Transform::from_translation((self.at - origin).as_vec3());
         let half_turn = Quat::from_rotation_y(PI);
+        let [yaw, pitch, roll] = self.turn;
         if let Some(target) = self.look_at {
             let target = (target - origin).as_vec3();
             let up = if (target - at.translation).normalize_or_zero().y.abs() > 0.999 { Vec3::Z } else { Vec3::Y };
             let looking = at.looking_at(target, up);
-            return match facing {
-                Facing::Backward => looking,
-                Facing::Forward => at.with_rotation(looking.rotation * half_turn),
-            };
+            // Right side down, looking along −Z.
+            let rolled = looking.rotation * Quat::from_rotation_z(-roll);
+            return at.with_rotation(match facing {
+                Facing::Backward => rolled,
+                Facing::Forward => rolled * half_turn,
+            });
         }
-        let [yaw, pitch, roll] = self.turn;
         let forward = Quat::from_rotation_y(yaw) * Quat::from_rotation_x(-pitch) * Quat::from_rotation_z(roll);
         at.with_rotation(match facing {
             Facing::Forward => forward,
@@ -131,6 +136,11 @@ pub fn transform_of(matrix: &[f64; 16]) -> Outcome<Transform> {
         return Err(Failure::value("expected a matrix that can be inverted"));
     }
     let (scale, rotation, translation) = place.to_scale_rotation_translation();
+    // Within what matrices of single floats come with: 2^-23, times some operations.
+    let axes = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(DVec3::normalize);
+    if axes[0].dot(axes[1]).abs().max(axes[1].dot(axes[2]).abs()).max(axes[2].dot(axes[0]).abs()) > 1e-5 {
+        return Err(Failure::value("expected axes at right angles, found a sheared matrix"));
+    }
     let rotation = rotation.as_quat().normalize();
     Ok(Transform { translation: translation.as_vec3(), rotation, scale: scale.as_vec3() })
 }

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 
+import numpy as np
 import pytest
 
 import relief
@@ -45,6 +46,7 @@ def test_a_scene_that_is_not_there(tmp_path):
         ({"at": (float("nan"), 0, 0)}, "expected finite numbers, found (nan|NaN)"),
         ({"at": (0, 0)}, "expected 3 numbers, found 2"),
         ({"look_at": (0, 0, 0)}, "look_at: expected another point than at"),
+        ({"look_at": (0, 0, 5), "yaw": 0.5}, "expected either look_at, or yaw and pitch"),
     ],
 )
 def test_cameras_that_are_refused(field, arguments, message):
@@ -141,3 +143,12 @@ def test_processes_that_are_spawned_agree():
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         first, second = pool.map(worlds_hash, [1, 1])
     assert first == second == worlds_hash(1)
+
+
+def test_a_sheared_matrix_is_refused(field):
+    sheared = np.eye(4)
+    sheared[0, 1] = 0.1
+    box = field.spawn_mesh("box", at=(0, 1, 5))
+    with pytest.raises(ValueError, match="right angles"):
+        box.transform = sheared
+    box.transform = np.diag([2.0, 1.0, 1.0, 1.0])

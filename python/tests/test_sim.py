@@ -282,3 +282,14 @@ def test_unknown_sensors_are_named(field):
         field.capture("lame")
     with pytest.raises(KeyError, match='unknown sensor "front"'):
         field.look("front")
+
+
+def test_what_looks_at_a_point_can_be_rolled(field):
+    # Looking along +Z, with the right side (−X) down: what is to the right in the picture, −Y.
+    level = field.add_camera("level", size=(8, 8), at=(0, 1, 0), look_at=(0, 1, 5)).transform
+    rolled = field.add_camera("rolled", size=[8, 8], at=(0, 1, 0), look_at=(0, 1, 5), roll=np.pi / 2).transform
+    # Cameras have +X to the right. 2⁻²³ times the terms of two rotations.
+    np.testing.assert_allclose(level[:3, 0], [-1, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(rolled[:3, 0], [0, -1, 0], atol=1e-6)
+    turned = field.add_camera("turned", size=np.array([8, 8]), at=(0, 1, 0), roll=np.pi / 2).transform
+    np.testing.assert_allclose(turned, rolled, atol=1e-6)

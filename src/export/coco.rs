@@ -166,8 +166,9 @@ impl Panoptic {
         let pictures = self.images.len() as u64;
         self.images.extend(numbered_on(other.images, pictures));
         let of_pictures = other.annotations.into_iter();
-        self.annotations
-            .extend(of_pictures.map(|segments| Segments { image_id: segments.image_id.wrapping_add(pictures), ..segments }));
+        self.annotations.extend(
+            of_pictures.map(|segments| Segments { image_id: segments.image_id.wrapping_add(pictures), ..segments }),
+        );
     }
 }
 
