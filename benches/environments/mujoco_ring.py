@@ -1,6 +1,11 @@
-"""The ring in MuJoCo, drawn with its functions: python mujoco_ring.py [--environments N]."""
+"""The ring in MuJoCo: python mujoco_ring.py [--environments N], with --renderer as its class Renderer draws.
+
+By default drawn with MuJoCo's functions themselves: depth is read from the pass that draws the colours, where
+`mujoco.Renderer` draws once more for it.
+"""
 
 import os
+import sys
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
@@ -73,6 +78,27 @@ class Drawing:
         return color[::-1], depth, codes[::-1] @ np.array([1, 1 << 8, 1 << 16])
 
 
+class RendererDrawing:
+    """The same by `mujoco.Renderer`."""
+
+    def __init__(self, built):
+        self.renderer = mujoco.Renderer(built, ring.SIZE, ring.SIZE)
+        flags = mujoco.mjtRndFlag
+        for flag in (flags.mjRND_SHADOW, flags.mjRND_REFLECTION, flags.mjRND_SKYBOX, flags.mjRND_HAZE):
+            self.renderer.scene.flags[flag] = False
+
+    def draw(self, built, data):
+        self.renderer.update_scene(data, 0)
+        color = self.renderer.render()
+        self.renderer.enable_depth_rendering()
+        depth = self.renderer.render()
+        self.renderer.disable_depth_rendering()
+        self.renderer.enable_segmentation_rendering()
+        ids = self.renderer.render()[:, :, 0]
+        self.renderer.disable_segmentation_rendering()
+        return color, depth, ids
+
+
 class Environment:
     def __init__(self, seed):
         self.model = model(seed)
@@ -94,10 +120,17 @@ class Environment:
         return (*drawing.draw(self.model, self.data), self.cars.speed[0] / ring.LIMIT)
 
 
-def make(count):
-    environments = [Environment(seed) for seed in range(count)]
-    drawing = Drawing(environments[0].model)
-    return lambda: [environment.step(drawing) for environment in environments]
+def making(drawing_of):
+    def make(count):
+        environments = [Environment(seed) for seed in range(count)]
+        drawing = drawing_of(environments[0].model)
+        return lambda: [environment.step(drawing) for environment in environments]
+
+    return make
 
 
-ring.run("mujoco", make)
+if "--renderer" in sys.argv:
+    sys.argv.remove("--renderer")
+    ring.run("mujoco-renderer", making(RendererDrawing))
+else:
+    ring.run("mujoco", making(Drawing))
