@@ -34,6 +34,7 @@ use crate::lights::table::LightTable;
 use crate::physics::bodies::Physics;
 use crate::run::inputs::Inputs;
 use crate::run::registry::EntityRegistry;
+use crate::run::snapshot::Restored;
 use crate::run::state::StateList;
 use crate::schedules::sub_step_schedule;
 use crate::sensors::labels::Classes;
@@ -83,6 +84,7 @@ pub fn core(world: &mut World) {
 pub fn recording(world: &mut World) {
     world.init_resource::<Inputs>();
     world.init_resource::<EntityRegistry>();
+    world.init_resource::<Restored>();
     world.insert_resource(StateList::standard());
 }
 

@@ -238,8 +238,6 @@ impl World {
         if saved.identity.seed == self.simulation.world.resource::<Seed>().0 {
             let before = snapshot::save(&mut self.simulation.world);
             if saved.restore(Path::new(SNAPSHOT), &now, &mut self.simulation).is_ok() {
-                // Where things were at the capture before is not where they were before this state.
-                self.sensors = WorldSensors::default();
                 return Ok(());
             }
             // An entity of the scene is gone, or the snapshot fits no world: both are seen in a new one.

@@ -22,6 +22,7 @@ use glam::{Affine3A, DAffine3, DVec3};
 use std::collections::HashMap;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
+use systems::run::snapshot::Restored;
 use systems::sensors::philox::Noise;
 use systems::sensors::{GeoOrigin, Sensor, SensorKind};
 use systems::space::GlobalTransform;
@@ -37,6 +38,8 @@ pub struct WorldSensors {
     /// Where sensors that measure by it were when they were due last.
     tracks: HashMap<Entity, Track>,
     tracker: Tracker,
+    /// Of which state these are.
+    restored: Restored,
 }
 
 /// Sensors that are to be captured, and the views of the cameras among them.
@@ -213,6 +216,11 @@ impl WorldSensors {
         }
         simulation.frame();
         let world = &simulation.world;
+        let restored = world.get_resource::<Restored>().copied().unwrap_or_default();
+        if std::mem::replace(&mut self.restored, restored) != restored {
+            self.tracks.clear();
+            self.tracker = Tracker::default();
+        }
         let mut due = Vec::new();
         for entity in sensors {
             let Some(mut found) = Due::of(world, entity, step) else { continue };

@@ -19,6 +19,11 @@ const MOST_SPAWNED: usize = 1 << 24;
 /// Numbers of entities in a file leave room for as many more.
 const MOST_NUMBER: u32 = u32::MAX - MOST_SPAWNED as u32;
 
+/// How often the world's state has been made that of a snapshot. What measures from state to state begins anew where it
+/// has changed: places of before are those of another state. It is no state itself.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Restored(pub u64);
+
 #[derive(Serialize, Deserialize)]
 struct Saved {
     /// How many entities the scene began with.
@@ -69,6 +74,7 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
         let count = family.members.len() as u32;
         saved.later.iter().any(|(id, members, spawn)| (*id, *members) == (first, count) && *spawn == family.spawn)
     };
+    world.resource_mut::<Restored>().0 += 1;
     registry::rewind(world, is_saved);
     let spawned: u64 = saved.later.iter().map(|(_, count, _)| u64::from(*count)).sum();
     if spawned > MOST_SPAWNED as u64 {

@@ -14,6 +14,7 @@ use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::physics::Physical;
 use systems::run::registry::register_all;
+use systems::run::snapshot;
 use systems::sensors::wgs84::Geodetic;
 use systems::sensors::{GeoOrigin, GnssSensor, ImuSensor, LaneSensor, Sensor, SensorKind};
 use systems::space::origin::Origin;
@@ -136,6 +137,34 @@ fn a_car_on_a_circle_has_the_force_and_the_rates_of_the_circle() {
         }
         // Asked again, all say the same.
         assert_eq!(capture(&mut suite, &mut circle.simulation), got);
+    }
+}
+
+#[test]
+fn what_was_measured_of_another_state_does_not_count_after_a_snapshot() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut circle = Circle::new(30.0, 0.4);
+    let car = circle.car;
+    mount(&mut circle.simulation, car, "unit", imu(), Transform::IDENTITY);
+    mount(&mut circle.simulation, car, "mast", gnss(), Transform::IDENTITY);
+    register_all(&mut circle.simulation.world);
+    circle.go(2);
+    let saved = snapshot::save(&mut circle.simulation.world);
+    let [mut kept, mut fresh] = [(); 2].map(|()| SensorSuite::new(&gpu));
+    circle.radius = 31.0;
+    for step in 0..=3 {
+        circle.go(step);
+        capture(&mut kept, &mut circle.simulation);
+    }
+    circle.radius = 30.0;
+    snapshot::restore(&mut circle.simulation.world, &saved).expect("restored");
+    for step in 2..=6 {
+        if step > 2 {
+            circle.go(step);
+        }
+        let [got, expected] = [&mut kept, &mut fresh].map(|suite| capture(suite, &mut circle.simulation));
+        assert_eq!(got, expected, "step {step}");
+        assert_eq!(got["car/unit"].imu().expect("an IMU").valid, step >= 4);
     }
 }
 
