@@ -1,4 +1,4 @@
-//! Boxes in pictures and in space, as Foxglove and rerun show them (`foxglove_msgs`).
+//! Boxes in pictures and in space, as Foxglove shows them (`foxglove_msgs`).
 
 use super::super::cdr::Encoder;
 use super::{Header, Message, put_time};
