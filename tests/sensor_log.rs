@@ -26,7 +26,7 @@ const SCENE: &str = r#"(
          spin: (axis: (0, 1, 0), degrees_per_second: 600), children: [
             (name: "front", transform: (translation: (0.5, 1.5, 0.25), rotation_degrees: (-8, 180, 3)),
              sensor: camera(size: (64, 40), lens: pinhole(fx: 50, fy: 48, cx: 30.5, cy: 21), samples: 1,
-                            outputs: [color, depth, class, instance])),
+                            outputs: [color, depth, class, instance, boxes])),
             (name: "top", transform: (translation: (0, 2, 0), rotation_degrees: (2, -20, 1)),
              sensor: lidar(beams: vlp16, hz: 60, columns: 360, every: 2, phase: 1)),
         ]),
@@ -87,6 +87,8 @@ fn others_read_the_log_of_a_run() {
             "/ego/front/class": [0, 1, 2, 3, 4],
             "/ego/front/instance": [0, 1, 2, 3, 4],
             "/ego/front/camera_info": [0, 1, 2, 3, 4],
+            "/ego/front/boxes": [0, 1, 2, 3, 4],
+            "/ego/front/objects": [0, 1, 2, 3, 4],
             "/ego/top/points": [1, 3],
             "/_2nd_eye/depth": [2],
             "/bent/depth": [2],
@@ -106,7 +108,7 @@ fn others_read_the_log_of_a_run() {
     let modules = ["numpy", "mcap", "mcap_ros2"];
     let Some(output) = common::python("sensor_log.py", &modules, &[home.path().as_os_str()]) else { return };
     // So that nothing passes for want of being read.
-    assert_eq!(common::text(&output.stdout).trim(), "42 messages");
+    assert_eq!(common::text(&output.stdout).trim(), "52 messages");
 }
 
 #[test]

@@ -5,9 +5,11 @@
 FOLDER holds expected.json, and in run/ sensors.json, sensors.mcap, and arrays as NPY. Floats must be equal to the bit.
 """
 
+import importlib.util
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import mcap.reader
 import numpy as np
@@ -17,6 +19,13 @@ RUN = Path(sys.argv[1]) / "run"
 EXPECTED = json.loads((RUN.parent / "expected.json").read_text())
 FRAMES = EXPECTED["frames"]
 DESCRIBED = json.loads((RUN / "sensors.json").read_text())
+# What reads boxes for rerun, from its file alone: the package has a module that is not built here.
+OF_RERUN = importlib.util.spec_from_file_location(
+    "boxes_for_rerun", Path(__file__).resolve().parents[2] / "python" / "relief" / "rerun.py"
+)
+FOR_RERUN = importlib.util.module_from_spec(OF_RERUN)
+sys.modules["boxes_for_rerun"] = FOR_RERUN
+OF_RERUN.loader.exec_module(FOR_RERUN)
 # (x, y, z) are the scene's (Z, X, Y).
 ROS_FROM_SCENE = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
 PICTURES = {
@@ -135,6 +144,27 @@ def points(message, sensor, step):
     return np.stack([found[axis] for axis in "xyz"], axis=-1).astype(float), found["class"]
 
 
+def boxes(message, topic, kind, step):
+    """Boxes as `relief.rerun` reads them are those of the run's arrays."""
+    wanted = np.load(RUN / "ego/front" / f"boxes_{step:05}.npy")
+    if kind == "boxes":
+        found, wanted = FOR_RERUN.boxes_in_picture(topic, step, message), wanted[wanted["pixels"] > 0]
+        equal(found.frame, "ego/front_image_plane", topic)
+        same(found.edges.astype("f4"), wanted["box_visible"].astype("f4"), topic)
+    else:
+        found = FOR_RERUN.boxes_in_space(topic, step, message)
+        equal(found.frame, "world", topic)
+        same(found.centers, wanted["world_center"].astype("f8") @ ROS_FROM_SCENE.T, topic)
+        # Boxes have length, width and height; along their own axes these are width, height and length.
+        same(found.sizes.astype("f4"), np.ascontiguousarray(wanted["size"][:, [1, 2, 0]]), topic)
+        for q, (w, x, y, z) in zip(found.quaternions, wanted["world_quaternion"].astype("f8")):
+            turned = rotation(SimpleNamespace(x=q[0], y=q[1], z=q[2], w=q[3]))
+            # Quaternions of double precision, made of matrices and back.
+            assert np.abs(turned - ROS_FROM_SCENE @ rotation(SimpleNamespace(x=x, y=y, z=z, w=w))).max() < 1e-6
+    equal(found.labels, [f"car {one['id']}" for one in wanted], topic)
+    return len(wanted)
+
+
 with open(RUN / "sensors.mcap", "rb") as stream:
     reader = mcap.reader.make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
     equal(reader.get_header().profile, "ros2", "profile")
@@ -142,7 +172,7 @@ with open(RUN / "sensors.mcap", "rb") as stream:
 
 steps = {nanoseconds(step): step for steps in EXPECTED["messages"].values() for step in steps}
 sensors = {FRAMES[sensor["name"]]: sensor for sensor in DESCRIBED["sensors"]}
-found, places, turns, seen = {}, {}, [], {}
+found, places, turns, seen, counts = {}, {}, [], {}, []
 for schema, channel, message, decoded in messages:
     topic, step = channel.topic, steps[message.log_time]
     equal(message.publish_time, message.log_time, topic)
@@ -155,6 +185,9 @@ for schema, channel, message, decoded in messages:
         stamp = decoded.transforms[0].header.stamp
     elif topic != "/clock":
         frame, kind = topic[1:].rsplit("/", 1)
+        if kind in ("boxes", "objects"):
+            counts.append(boxes(decoded, topic, kind, step))
+            continue
         equal(decoded.header.frame_id, frame, topic)
         stamp, sensor = decoded.header.stamp, sensors[frame]
         if kind == "points":
@@ -168,6 +201,8 @@ for schema, channel, message, decoded in messages:
             seen[kind] = image(decoded, sensor, kind, step)
     equal(stamp.sec * 10**9 + stamp.nanosec, message.log_time, topic)
 equal(found, EXPECTED["messages"], "messages")
+# The box on the floor, as it is seen and as it is.
+equal(min(counts), 1, "boxes")
 # The rig turns by ten degrees a step.
 for before, after in zip(turns, turns[1:]):
     cosine = (np.trace(before.T @ after) - 1) / 2
