@@ -4,7 +4,9 @@ The number of threads is set before the first world, so runs are processes of th
 drives with N threads and prints what came of it. Observations are compared by their hashes.
 
 - Traffic, 1 and 3 environments: 200 steps, all environments.
-- Traffic, 64 environments: 20 steps, the `FEW` of them.
+- Traffic, 64 environments: 20 steps, the `FEW` of them; a module built without optimisation takes long for more.
+
+Environments end their episodes at steps of their own and are reset by the next one, so resets come in many orders.
 """
 
 import hashlib
