@@ -55,12 +55,14 @@ def drive(env, policies: np.ndarray, seed: int | list[int], steps: int):
     return rewards, metres
 
 
-def learn(env, seconds: float, steps: int, seed: int = 0, report=print) -> np.ndarray:
-    """The mean policy after so many seconds."""
+def learn(
+    env, steps: int, *, seconds: float = np.inf, generations: float = np.inf, seed: int = 0, report=print
+) -> np.ndarray:
+    """The mean policy after so many seconds, or so many generations: whichever comes first."""
     random = np.random.default_rng(seed)
     mean, deviation = np.zeros(FEATURES), np.full(FEATURES, 0.1)
     began, generation = time.perf_counter(), 0
-    while time.perf_counter() - began < seconds:
+    while generation < generations and time.perf_counter() - began < seconds:
         policies = mean + deviation * random.standard_normal((env.num_envs, FEATURES))
         # All from the same place, or luck would choose.
         rewards, metres = drive(env, policies, [seed + 1 + generation] * env.num_envs, steps)
@@ -82,7 +84,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=300, help="of an episode, a tenth of a second each")
     args = parser.parse_args()
     env = relief.make_vec("relief/LaneFollow-v0", args.environments, size=(SIDE, SIDE))
-    mean = learn(env, args.seconds, args.steps)
+    mean = learn(env, args.steps, seconds=args.seconds)
     tested = np.tile(mean, (env.num_envs, 1))
     for name, policies in [("learned", tested), ("straight ahead", np.zeros_like(tested))]:
         rewards, metres = drive(env, policies, 1_000_000, args.steps)

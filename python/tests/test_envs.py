@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: its own checks, and that many at once are what each is alone."""
+"""Environments of Gymnasium: its own checks, resets of many at once, and errors."""
 
 import warnings
 
@@ -24,14 +24,6 @@ def parts(observation):
     return observation if isinstance(observation, dict) else {"all": observation}
 
 
-def actions(steps, count, seed):
-    """Of each step those of all environments, float32 (steps, count, 2): hard to the left or right, so that some end."""
-    random = np.random.default_rng(seed)
-    steer = random.uniform(-1, 1, (1, count)) * np.ones((steps, 1))
-    pedal = random.uniform(0.3, 1.0, (steps, count))
-    return np.stack([steer, pedal], axis=2).astype(np.float32)
-
-
 @pytest.mark.parametrize("id", IDS)
 def test_gymnasium_finds_nothing_wrong(id):
     env = gymnasium.make(id, size=SIZE)
@@ -50,32 +42,6 @@ def test_the_town_is_the_same_again():
     again, _ = env.reset(seed=4)
     assert all(np.array_equal(array, parts(again)[name]) for name, array in parts(observation).items())
     env.close()
-
-
-@pytest.mark.parametrize("count", [1, 3])
-def test_many_at_once_are_what_each_is_alone(count):
-    steps, moves = 30, actions(30, 3, seed=5)
-    many = relief.make_vec("relief/Traffic-v0", count, size=SIZE, autoreset_mode="Disabled")
-    together, _ = many.reset(seed=11)
-    # The last one first: nothing depends on the order of resets.
-    alone = {i: DrivingEnv("relief/Traffic-v0", size=SIZE) for i in reversed(range(count))}
-    expected = {i: env.reset(seed=11 + i)[0] for i, env in alone.items()}
-    drive = set(range(count))
-    for step in range(steps):
-        for i in drive:
-            for name, array in parts(expected[i]).items():
-                assert np.array_equal(parts(together)[name][i], array), (step, i, name)
-            assert many.sims[i].hash() == alone[i].sim.hash(), (step, i)
-        if len(drive) < count:
-            break
-        together, rewards, terminated, truncated, infos = many.step(moves[step, :count])
-        for i in drive.copy():
-            expected[i], reward, ended, late, info = alone[i].step(moves[step, i])
-            assert (rewards[i], terminated[i], truncated[i]) == (reward, ended, late), (step, i)
-            assert infos["speed"][i] == info["speed"]
-            if ended or late:
-                drive.discard(i)
-    many.close()
 
 
 def until_one_ends(env):
