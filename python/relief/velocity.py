@@ -42,7 +42,7 @@ class VelocityController:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise ValueError(f"VelocityController: {name}: expected a number above 0, found {getattr(self, name)}")
 
-    def controls(self, speed: float, wanted: float, yaw_rate: float) -> dict[str, float]:
+    def controls(self, speed: float, wanted: float, yaw_rate: float) -> tuple[float, float, float]:
         """What ``Vehicle.drive`` takes: throttle, brake and steer.
 
         Args:
@@ -56,11 +56,12 @@ class VelocityController:
         if not all(map(math.isfinite, (speed, wanted, yaw_rate))):
             raise ValueError(f"velocity: expected finite numbers, found {wanted} m/s, {yaw_rate} rad/s at {speed} m/s")
         throttle, brake = self._pedals(speed, wanted)
-        return {"throttle": throttle, "brake": brake, "steer": self._steer(speed, wanted, yaw_rate)}
+        return throttle, brake, self._steer(speed, wanted, yaw_rate)
 
     def drive(self, vehicle: Vehicle, wanted: float, yaw_rate: float) -> None:
         """Asks it of a vehicle, for the next step: call it before each."""
-        vehicle.drive(**self.controls(vehicle.speed, wanted, yaw_rate))
+        throttle, brake, steer = self.controls(vehicle.speed, wanted, yaw_rate)
+        vehicle.drive(throttle=throttle, brake=brake, steer=steer)
 
     def _pedals(self, speed: float, wanted: float) -> tuple[float, float]:
         if wanted == 0.0:

@@ -31,18 +31,18 @@ def test_a_car_stops_and_stays_and_turns_back(field):
         CAR.drive(car, 0.0, 1.0)
         field.step()
     assert (car.speed, car.steering) == (0.0, 0.0)
-    assert CAR.controls(4.0, -1.0, 0.0) == {"throttle": 0.0, "brake": 1.0, "steer": 0.0}
-    assert CAR.controls(0.0, -1.0, 0.0)["throttle"] == pytest.approx(-2.0 / 3.2)
+    assert CAR.controls(4.0, -1.0, 0.0) == (0.0, 1.0, 0.0)
+    assert CAR.controls(0.0, -1.0, 0.0)[0] == pytest.approx(-2.0 / 3.2)
 
 
 def test_steering_is_a_part_of_what_tyres_hold():
     # A circle of 7 m/s² sideways is the whole of it, whatever the speed.
-    assert CAR.controls(20.0, 20.0, 7.0 / 20.0)["steer"] == pytest.approx(1.0)
-    assert CAR.controls(20.0, 20.0, -3.0)["steer"] == -1.0
-    small = CAR.controls(20.0, 20.0, 0.07)["steer"]
+    assert CAR.controls(20.0, 20.0, 7.0 / 20.0)[2] == pytest.approx(1.0)
+    assert CAR.controls(20.0, 20.0, -3.0)[2] == -1.0
+    small = CAR.controls(20.0, 20.0, 0.07)[2]
     assert small == pytest.approx(math.atan(2.53 * 0.07 / 20.0) / math.atan(7.0 * 2.53 / 400.0))
     # Backward the wheels are turned the other way.
-    assert CAR.controls(-2.0, -2.0, 0.2)["steer"] < 0.0
+    assert CAR.controls(-2.0, -2.0, 0.2)[2] < 0.0
 
 
 def test_what_is_no_number_is_refused():

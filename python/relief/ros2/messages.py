@@ -196,5 +196,5 @@ def quaternion(turn: NDArray[np.float64]) -> tuple[float, float, float, float]:
 def _bytes(values: NDArray[Any]) -> array[int]:
     """An array's bytes as messages keep them: other forms of them would be copied twice."""
     data = array("B")
-    data.frombytes(memoryview(np.ascontiguousarray(values).reshape(-1).view(np.uint8)))
+    data.frombytes(np.ascontiguousarray(values).reshape(-1).view(np.uint8).data)
     return data
