@@ -12,7 +12,7 @@ CAR = VelocityController()
 @pytest.mark.parametrize("speed", [6.0, -3.0])
 @pytest.mark.parametrize("yaw_rate", [0.4, -0.25, 0.0])
 def test_a_car_reaches_the_speed_and_the_yaw_rate(field, speed, yaw_rate):
-    car = field.spawn_vehicle("car", by_hand=True)
+    car = field.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
     # What is missing falls by 2/s once pedals are not at their ends, which takes 2 s: e^−16 in 8 s more.
     for _ in range(600):
         CAR.drive(car, speed, yaw_rate)
@@ -26,7 +26,10 @@ def test_a_car_reaches_the_speed_and_the_yaw_rate(field, speed, yaw_rate):
 
 
 def test_a_car_stops_and_stays_and_turns_back(field):
-    car = field.spawn_vehicle("car", by_hand=True, speed=5.0)
+    car = field.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
+    car.drive(throttle=1.0, steer=0.5)
+    field.step(60)
+    assert car.speed > 2.0
     for _ in range(300):
         CAR.drive(car, 0.0, 1.0)
         field.step()
