@@ -231,6 +231,21 @@ def test_a_quaternion_is_that_of_its_matrix(axis, angle):
     assert abs(np.dot(messages.quaternion(turn), expected)) == pytest.approx(1.0, abs=1e-14)
 
 
+def test_a_fix_is_that_of_the_receiver(tmp_path):
+    scene = tmp_path / "earth.ron"
+    scene.write_text("(geo_origin: (latitude_degrees: 48.137, longitude_degrees: 11.575, altitude: 519))")
+    sim = relief.Sim(scene)
+    sim.add_gnss("mast", at=(0.0, 0.0, 0.0))
+    sim.step()
+    reading = sim.capture()["mast"]
+    fix = messages.fix(messages.header(1_500_000_000, "mast"), reading)
+    assert (fix.latitude, fix.longitude, fix.altitude) == (reading.latitude, reading.longitude, reading.altitude)
+    # At the origin itself: a metre is 1e-5 degrees.
+    assert (fix.latitude, fix.longitude) == (pytest.approx(48.137, abs=1e-7), pytest.approx(11.575, abs=1e-7))
+    assert (fix.status.status, fix.status.service, fix.position_covariance_type) == (0, 1, 0)
+    assert (fix.header.stamp.sec, fix.header.stamp.nanosec, fix.header.frame_id) == (1, 500_000_000, "mast")
+
+
 def test_names():
     sim = relief.Sim()
     assert [messages.frame_name(name) for name in ("ego/front", "Car 2/left eye", "2/3", "größe/", "")] == [
