@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -229,6 +230,18 @@ def test_a_quaternion_is_that_of_its_matrix(axis, angle):
     expected = np.array([*(np.sin(angle / 2) * axis), np.cos(angle / 2)])
     # q and −q are one turn. Some roundings of numbers up to 4.
     assert abs(np.dot(messages.quaternion(turn), expected)) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_tf_has_all_that_are_due(world, monkeypatch):
+    # The package index has no tf2_msgs: something in the place of the message and of what publishes it.
+    monkeypatch.setattr("relief.ros2.bridge.TFMessage", lambda transforms: transforms)
+    got = []
+    with Bridge(world) as bridge:
+        bridge._publishers["/tf"] = SimpleNamespace(publish=got.append)
+        bridge.step(12)
+    assert [[place.child_frame_id for place in places] for places in got] == [["ego/front", "ego/top", "ego/imu"]] * 2
+    assert [nanoseconds(places[0].header.stamp) for places in got] == [100_000_000, 200_000_000]
+    assert {place.header.frame_id for places in got for place in places} == {"world"}
 
 
 def test_a_fix_is_that_of_the_receiver(tmp_path):
