@@ -1,0 +1,219 @@
+"""The node that publishes what sensors measured, and drives vehicles by the velocities that come in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from geometry_msgs.msg import TransformStamped, Twist
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, Imu, NavSatFix, PointCloud2
+
+from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture, Sim, Vehicle
+from ..velocity import VelocityController
+from . import messages
+
+try:
+    # Every installation of ROS has it; the package index has no wheel.
+    from tf2_msgs.msg import TFMessage
+except ImportError:
+    TFMessage = None
+
+_RELIABLE = QoSProfile(depth=10)
+_LATEST = QoSProfile(depth=1)
+_PINHOLE = ("plumb_bob", (0.0,) * 5)
+
+
+class Bridge:
+    """A node of ROS 2 for a world: sensors that are due become messages, velocities drive vehicles.
+
+    >>> with Bridge(sim) as bridge:                                                                # doctest: +SKIP
+    ...     bridge.step(60)
+
+    Topics, frames and encodings are those of the log (docs/ros2.md). Time is the simulation's; nothing waits for
+    anything. Velocities come in on ``/NAME/cmd_vel`` for each vehicle that is under manual control now. One counts
+    until the next; before the first, the vehicle is left alone.
+
+    Args:
+        sim: the world.
+        node: name of the node.
+        controllers: by the names of vehicles, how each follows velocities. Others have those of a car.
+        distortion: by the names of cameras, OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, as ``add_camera`` was given them. They
+            are for ``camera_info``: captures do not tell them.
+        fisheye: the same with k1 to k4 of fisheye lenses.
+
+    Raises:
+        ValueError: a name that no vehicle under manual control has; too many coefficients; two names that are one in
+            ROS.
+    """
+
+    def __init__(
+        self,
+        sim: Sim,
+        *,
+        node: str = "relief",
+        controllers: Mapping[str, VelocityController] | None = None,
+        distortion: Mapping[str, Sequence[float]] | None = None,
+        fisheye: Mapping[str, Sequence[float]] | None = None,
+    ) -> None:
+        self.sim = sim
+        self._lenses = _lenses(distortion or {}, fisheye or {})
+        vehicles = {vehicle.name: vehicle for vehicle in sim.vehicles if vehicle.by_hand}
+        controllers = controllers or {}
+        for name in controllers:
+            if name not in vehicles:
+                raise ValueError(f'controllers: no vehicle "{name}" is under manual control, but {sorted(vehicles)}')
+        self._frames: dict[str, str] = {messages.WORLD: ""}
+        self._publishers: dict[str, Any] = {}
+        self._wanted: dict[str, tuple[float, float]] = {}
+        self._driven = {
+            name: (vehicle, controllers.get(name, VelocityController())) for name, vehicle in vehicles.items()
+        }
+        topics = _distinct_topics(vehicles)
+
+        # A context of its own: what else a program does with rclpy is not touched.
+        self._context = Context()
+        rclpy.init(context=self._context)
+        self.node = rclpy.create_node(node, context=self._context)
+        """The node of rclpy."""
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        for name, topic in topics.items():
+            self.node.create_subscription(Twist, topic, self._receiver(name), _LATEST)
+        self._publish_clock = self._publisher(Clock, "/clock", _RELIABLE)
+
+    def step(self, n: int = 1) -> int:
+        """Takes steps of the clock. Before each, velocities that came are taken in; after each, sensors that are due
+        are captured and published, and the clock. Returns the number of the last step."""
+        for _ in range(n):
+            self.spin()
+            for name, (wanted, yaw_rate) in self._wanted.items():
+                vehicle, controller = self._driven[name]
+                if vehicle.alive:
+                    controller.drive(vehicle, wanted, yaw_rate)
+            self.sim.step()
+            self.publish()
+        self.spin()
+        return self.sim.steps
+
+    def publish(self) -> None:
+        """Publishes the clock and what sensors measured that are due now: for a world that something else steps, and
+        for sensors that are due before the first step."""
+        capture = self.sim.capture()
+        stamp = capture.nanoseconds
+        self._publish_clock(messages.clock(stamp))
+        places = []
+        for name, reading in capture.items():
+            frame = self._frame(name)
+            places.append(messages.transform(stamp, frame, reading.world_from_sensor))
+            self._publisher(TransformStamped, f"/{frame}/transform", _RELIABLE)(places[-1])
+            self._publish_reading(frame, stamp, name, reading)
+        if TFMessage is not None and places:
+            self._publisher(TFMessage, "/tf", _RELIABLE)(TFMessage(transforms=places))
+
+    def spin(self) -> None:
+        """Takes in velocities that have come; does not wait for any."""
+        for _ in self._driven:
+            self._executor.spin_once(timeout_sec=0.0)
+
+    def close(self) -> None:
+        """Ends the node. The world stays."""
+        if self._context.ok():
+            self._executor.shutdown()
+            self.node.destroy_node()
+            rclpy.shutdown(context=self._context)
+
+    def __enter__(self) -> Bridge:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _publish_reading(self, frame: str, stamp: int, name: str, reading: Any) -> None:
+        of = messages.header(stamp, frame)
+        if isinstance(reading, CameraCapture):
+            for output, (topic, encoding) in messages.IMAGES.items():
+                if output in reading:
+                    picture = messages.image(of, reading[output], encoding)
+                    self._sensor(Image, f"/{frame}/{topic}", picture)
+            if reading.K is not None:
+                info = messages.camera_info(of, reading, *self._lenses.get(name, _PINHOLE))
+                self._sensor(CameraInfo, f"/{frame}/camera_info", info)
+        elif isinstance(reading, LidarCapture):
+            self._sensor(PointCloud2, f"/{frame}/points", messages.points(of, reading))
+        elif isinstance(reading, ImuReading) and reading.valid:
+            # Of the time that it is of, not of the capture.
+            of = messages.header(reading.nanoseconds, frame)
+            self._sensor(Imu, f"/{frame}/imu", messages.imu(of, reading))
+        elif isinstance(reading, GnssReading) and reading.valid:
+            self._sensor(NavSatFix, f"/{frame}/fix", messages.fix(of, reading))
+
+    def _sensor(self, kind: type[Any], topic: str, message: Any) -> None:
+        self._publisher(kind, topic, qos_profile_sensor_data)(message)
+
+    def _publisher(self, kind: type[Any], topic: str, quality: QoSProfile) -> Callable[[Any], None]:
+        """What publishes on a topic, which is made when it is first needed."""
+        if topic not in self._publishers:
+            self._publishers[topic] = self.node.create_publisher(kind, topic, quality)
+        publish: Callable[[Any], None] = self._publishers[topic].publish
+        return publish
+
+    def _frame(self, name: str) -> str:
+        """The frame of a sensor, which no other has."""
+        frame = messages.frame_name(name)
+        other = self._frames.setdefault(frame, name)
+        if other != name:
+            whose = f'sensor "{other}"' if other else "the world"
+            raise ValueError(f'sensor "{name}": its name in ROS, "{frame}", is that of {whose} already')
+        return frame
+
+    def _receiver(self, name: str) -> Callable[[Twist], None]:
+        def receive(velocity: Twist) -> None:
+            wanted = (velocity.linear.x, velocity.angular.z)
+            if all(map(math.isfinite, wanted)):
+                self._wanted[name] = wanted
+            else:
+                self.node.get_logger().warning(f"velocity of {name}: expected finite numbers, found {wanted}; left out")
+
+        return receive
+
+
+def _lenses(
+    distortion: Mapping[str, Sequence[float]], fisheye: Mapping[str, Sequence[float]]
+) -> dict[str, tuple[str, tuple[float, ...]]]:
+    """By the names of cameras, the model of the lens in ROS and its coefficients."""
+    lenses = {}
+    for name, given in distortion.items():
+        k = _coefficients("distortion", name, given, 8)
+        lenses[name] = ("rational_polynomial", k) if any(k[5:]) else ("plumb_bob", k[:5])
+    for name, given in fisheye.items():
+        if name in lenses:
+            raise ValueError(f'camera "{name}": expected one of distortion and fisheye')
+        lenses[name] = ("equidistant", _coefficients("fisheye", name, given, 4))
+    return lenses
+
+
+def _coefficients(which: str, name: str, given: Sequence[float], most: int) -> tuple[float, ...]:
+    if len(given) > most:
+        raise ValueError(f'{which} of camera "{name}": expected at most {most} numbers, found {len(given)}')
+    return tuple(float(number) for number in given) + (0.0,) * (most - len(given))
+
+
+def _distinct_topics(vehicles: Mapping[str, Vehicle]) -> dict[str, str]:
+    """The topic on which each vehicle's velocities come in."""
+    topics: dict[str, str] = {}
+    for name in vehicles:
+        topic = f"/{messages.frame_name(name)}/cmd_vel"
+        for other, taken in topics.items():
+            if taken == topic:
+                raise ValueError(f'vehicle "{name}": its topic, {topic}, is that of vehicle "{other}" already')
+        topics[name] = topic
+    return topics
