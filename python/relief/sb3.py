@@ -34,7 +34,7 @@ class VecEnv(vec_env.VecEnv):
         observation, _ = self.envs.reset(seed=list(self._seeds))
         self._reset_seeds()
         self._reset_options()
-        self.reset_infos = [{} for _ in range(self.num_envs)]
+        self.reset_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         return observation
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -61,7 +61,10 @@ class VecEnv(vec_env.VecEnv):
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """``sim``, ``task`` or ``render_mode`` of environments. Raises AttributeError."""
-        own = {"render_mode": [None] * self.num_envs, "sim": self.envs.sims, "task": [self.envs.task] * self.num_envs}
+        count = self.num_envs
+        own: dict[str, list[Any]] = {
+            "render_mode": [None] * count, "sim": list(self.envs.sims), "task": [self.envs.task] * count
+        }
         if attr_name not in own:
             raise AttributeError(f"expected one of {', '.join(own)}, found {attr_name!r}")
         return [own[attr_name][i] for i in self._get_indices(indices)]
