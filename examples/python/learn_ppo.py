@@ -1,0 +1,146 @@
+"""Learns to keep a lane from pictures, with PPO of Stable-Baselines3 (``pip install '.[sb3]'``).
+
+python examples/python/learn_ppo.py [--seed 0] [--steps 60000] [--environments 16] [-o curve.csv]
+
+Proximal policy optimization (Schulman et al., 2017) with the network for Atari games of Mnih et al., 2015, which
+Stable-Baselines3 calls ``CnnPolicy``. It sees three pictures of 48 × 48 pixels, a tenth of a second apart: one alone
+does not tell the speed.
+
+From time to time, and at the end, the mean policy drives from starts that were not learned from, for 20 s or until its
+episode ends. Prints how far it came, beside driving straight ahead and at random, and writes it as CSV. plot_curve.py
+draws several such files.
+"""
+
+import argparse
+import csv
+import time
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecFrameStack
+
+import relief
+from relief.sb3 import VecEnv
+
+SIZE, PICTURES = (48, 48), 3
+#: Of tests: how many places to start from, from which seed on, and how many steps of a tenth of a second.
+STARTS, FIRST_SEED, STEPS = 16, 1_000_000, 200
+COLUMNS = ("policy", "seed", "steps", "seconds", "metres", "least", "most", "reward", "kept")
+
+
+def environments(count: int) -> VecFrameStack:
+    """So many of them, with the last pictures one behind the other: uint8 (N, 48, 48, 9)."""
+    return VecFrameStack(VecEnv("relief/LaneFollow-v0", count, size=SIZE), PICTURES)
+
+
+def drive(env: VecFrameStack, act: Callable[[np.ndarray], np.ndarray]) -> dict[str, float]:
+    """A policy drives from all starts: how many metres along the lane, in the mean, at least and at most, the mean sum
+    of rewards, and the share of starts whose lane it kept to the end."""
+    env.seed(FIRST_SEED)
+    pictures = env.reset()
+    drives = np.ones(env.num_envs, dtype=bool)
+    rewards, metres = np.zeros(env.num_envs), np.zeros(env.num_envs)
+    for _ in range(STEPS):
+        pictures, reward, done, infos = env.step(act(pictures))
+        rewards += np.where(drives, reward, 0.0)
+        metres += np.where(drives, [info["progress"] for info in infos], 0.0)
+        drives &= ~done
+        if not drives.any():
+            break
+    return {
+        "metres": metres.mean(),
+        "least": metres.min(),
+        "most": metres.max(),
+        "reward": rewards.mean(),
+        "kept": drives.mean(),
+    }
+
+
+class Curve(BaseCallback):
+    """Tests the policy between rollouts, each time that so many steps were learned from."""
+
+    def __init__(self, env: VecFrameStack, every: int, report: Callable[[str, int, float, dict], None]) -> None:
+        super().__init__()
+        self.env, self.every, self.report = env, every, report
+        self.seconds, self.tested = 0.0, -1
+
+    def _on_training_start(self) -> None:
+        self.since = time.perf_counter()
+
+    def _on_rollout_start(self) -> None:
+        if self.num_timesteps // self.every > self.tested:
+            self.test()
+
+    def _on_training_end(self) -> None:
+        self.test()
+
+    def _on_step(self) -> bool:
+        return True
+
+    def test(self) -> None:
+        """Tests the policy. The time that this takes is not counted."""
+        self.seconds += time.perf_counter() - self.since
+        self.tested = self.num_timesteps // self.every
+        came = drive(self.env, lambda pictures: self.model.predict(pictures, deterministic=True)[0])
+        self.report("ppo", self.num_timesteps, self.seconds, came)
+        self.since = time.perf_counter()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Learns to keep a lane from pictures, with PPO")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--steps", type=int, default=60_000, help="of all environments together")
+    parser.add_argument("--every", type=int, default=5_000, help="steps between two tests")
+    parser.add_argument("--environments", type=int, default=16)
+    parser.add_argument("--threads", type=int, default=2, help="of worlds and of the network")
+    parser.add_argument("-o", "--output", help="a CSV file")
+    args = parser.parse_args()
+    relief.set_threads(args.threads)
+    torch.set_num_threads(args.threads)
+    rows: list[dict] = []
+
+    def report(policy: str, steps: int, seconds: float, came: dict) -> None:
+        rows.append({"policy": policy, "seed": args.seed, "steps": steps, "seconds": round(seconds, 1), **came})
+        print(
+            f"{policy:8} {steps:8} {seconds:7.0f} {came['metres']:8.1f} {came['least']:7.1f} {came['most']:7.1f} "
+            f"{came['reward']:8.1f} {came['kept']:6.0%}",
+            flush=True,
+        )
+
+    print("policy      steps seconds   metres   least    most   reward   kept")
+    tested = environments(STARTS)
+    random = np.random.default_rng(args.seed)
+    report("random", 0, 0.0, drive(tested, lambda _: random.uniform(-1.0, 1.0, (STARTS, 2)).astype(np.float32)))
+    report("straight", 0, 0.0, drive(tested, lambda _: np.tile(np.array([0.0, 0.5], np.float32), (STARTS, 1))))
+    learned = environments(args.environments)
+    model = PPO(
+        "CnnPolicy",
+        learned,
+        learning_rate=lambda left: 5e-4 * left,
+        n_steps=1024 // args.environments,
+        batch_size=256,
+        n_epochs=4,
+        # Looks ahead some three seconds: what leads off the lane shows by then.
+        gamma=0.97,
+        gae_lambda=0.9,
+        # At a deviation of 1 the wheel would be turned to and fro, and no lane kept.
+        policy_kwargs={"log_std_init": -1.0},
+        seed=args.seed,
+        device="cpu",
+    )
+    model.learn(args.steps, callback=Curve(tested, args.every, report))
+    if args.output:
+        with open(args.output, "w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            for row in rows:
+                writer.writerow({name: round(v, 3) if isinstance(v := row[name], float) else v for name in COLUMNS})
+    for env in (learned, tested):
+        env.close()
+
+
+if __name__ == "__main__":
+    main()
