@@ -15,6 +15,7 @@ import argparse
 import csv
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import torch
@@ -36,11 +37,11 @@ def environments(count: int) -> VecFrameStack:
     return VecFrameStack(VecEnv("relief/LaneFollow-v0", count, size=SIZE), PICTURES)
 
 
-def drive(env: VecFrameStack, act: Callable[[np.ndarray], np.ndarray]) -> dict[str, float]:
+def drive(env: VecFrameStack, act: Callable[[Any], np.ndarray]) -> dict[str, float]:
     """A policy drives from all starts: how many metres along the lane, in the mean, at least and at most, the mean sum
     of rewards, and the share of starts whose lane it kept to the end."""
     env.seed(FIRST_SEED)
-    pictures = env.reset()
+    pictures: Any = env.reset()
     drives = np.ones(env.num_envs, dtype=bool)
     rewards, metres = np.zeros(env.num_envs), np.zeros(env.num_envs)
     for _ in range(STEPS):
@@ -62,7 +63,7 @@ def drive(env: VecFrameStack, act: Callable[[np.ndarray], np.ndarray]) -> dict[s
 class Curve(BaseCallback):
     """Tests the policy between rollouts, each time that so many steps were learned from."""
 
-    def __init__(self, env: VecFrameStack, every: int, report: Callable[[str, int, float, dict], None]) -> None:
+    def __init__(self, env: VecFrameStack, every: int, report: Callable[[str, int, float, dict[str, float]], None]) -> None:
         super().__init__()
         self.env, self.every, self.report = env, every, report
         self.seconds, self.tested = 0.0, -1
@@ -100,9 +101,9 @@ def main() -> None:
     args = parser.parse_args()
     relief.set_threads(args.threads)
     torch.set_num_threads(args.threads)
-    rows: list[dict] = []
+    rows: list[dict[str, Any]] = []
 
-    def report(policy: str, steps: int, seconds: float, came: dict) -> None:
+    def report(policy: str, steps: int, seconds: float, came: dict[str, float]) -> None:
         rows.append({"policy": policy, "seed": args.seed, "steps": steps, "seconds": round(seconds, 1), **came})
         print(
             f"{policy:8} {steps:8} {seconds:7.0f} {came['metres']:8.1f} {came['least']:7.1f} {came['most']:7.1f} "
