@@ -63,7 +63,9 @@ def drive(env: VecFrameStack, act: Callable[[Any], np.ndarray]) -> dict[str, flo
 class Curve(BaseCallback):
     """Tests the policy between rollouts, each time that so many steps were learned from."""
 
-    def __init__(self, env: VecFrameStack, every: int, report: Callable[[str, int, float, dict[str, float]], None]) -> None:
+    def __init__(
+        self, env: VecFrameStack, every: int, report: Callable[[str, int, float, dict[str, float]], None]
+    ) -> None:
         super().__init__()
         self.env, self.every, self.report = env, every, report
         self.seconds, self.tested = 0.0, -1
