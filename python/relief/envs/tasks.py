@@ -77,9 +77,9 @@ class Task:
 
     Actions: steering and pedal, float32 (2,), −1 to 1: left is positive; above 0 the throttle, below 0 the brake.
 
-    Rewards: speed along the lane / speed limit − ½ · |offset from the middle| / (half a lane) − 0.05 · |change of the
-    steering|. A step is 0.1 s. The episode is terminated where the vehicle leaves its lane or touches something, and
-    truncated after a minute.
+    Rewards: speed along the lane / speed limit, at most 1, − ½ · |offset from the middle| / (half a lane) − 0.05 ·
+    |change of the steering|. A step is 0.1 s. The episode is terminated where the vehicle leaves its lane or touches
+    something, and truncated after a minute.
     """
 
     #: The scene's file below ``relief.assets()``.
@@ -176,7 +176,8 @@ class Task:
         half_width = lane.width / 2.0 if lane.valid else 1.0
         off = min(abs(lane.offset) / half_width, 1.0) if lane.valid else 1.0
         along = lane.speed * math.cos(lane.heading_error) if lane.valid else 0.0
-        reward = along / episode.speed_limit(lane) - 0.5 * off - 0.05 * episode.turned
+        # Faster than the limit is not better.
+        reward = min(along / episode.speed_limit(lane), 1.0) - 0.5 * off - 0.05 * episode.turned
         touches = any(contact.depth > 0.0 for contact in capture[f"ego/{TOUCH}"])
         # Where there are several lanes the sensor tells the nearest: beyond its edge is beside the road.
         left = not lane.valid or off >= 1.0
