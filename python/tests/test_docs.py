@@ -10,7 +10,7 @@ import re
 import pytest
 
 import relief
-from conftest import ROOT
+from conftest import ROOT, needed
 
 #: Pages for users of other programs. What is fenced as "py" there is theirs, and not run.
 GUIDES = ["from_carla", "from_mujoco", "from_isaac_lab"]
@@ -31,6 +31,17 @@ def test_the_page_runs_as_it_stands():
     assert count == 2
     assert names["got"]["front"].depth.shape == (96, 128)
     assert names["pictures"].color.shape == (8, 96, 128, 3)
+
+
+def test_the_policy_of_many_machines_drives():
+    needed("gymnasium")
+    from relief.envs.rollouts import Worlds
+
+    count, names = run_page("many_machines")
+    assert count == 1
+    worlds = Worlds("relief/LaneFollow-v0", 2, size=(8, 8))
+    assert len(list(worlds.episodes(names["drive"], range(3), most_steps=3))) == 3
+    worlds.close()
 
 
 @pytest.mark.parametrize("name", GUIDES)
