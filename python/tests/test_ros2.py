@@ -273,7 +273,44 @@ def test_names():
         Bridge(sim, controllers={"eg": VelocityController()})
     with pytest.raises(ValueError, match="expected at most 4 numbers, found 5"):
         Bridge(sim, fisheye={"a": [0.0] * 5})
+    with pytest.raises(ValueError, match="expected finite numbers"):
+        Bridge(sim, distortion={"a": [float("nan")]})
+    sim["ego"].add_camera("front", size=(8, 6))
+    for name in ("front", "ego/frnt", "a"):
+        with pytest.raises(ValueError, match=f'no camera is called "{name}"'):
+            Bridge(sim, fisheye={name: [0.0]})
+    Bridge(sim, fisheye={"ego/front": [0.0]}).close()
     sim.add_camera("a b", size=(8, 6), at=(0, 1, 0))
     sim.add_camera("a_b", size=(8, 6), at=(0, 1, 0))
     with Bridge(sim) as bridge, pytest.raises(ValueError, match='its name in ROS, "a_b", is that of sensor "a'):
         bridge.step()
+
+
+def test_cameras_have_the_names_of_captures(tmp_path):
+    scene = tmp_path / "eyes.ron"
+    camera = 'children: [(name: "eye", sensor: camera(size: (8, 8)))]'
+    scene.write_text(
+        f'(entities: [(name: "a", {camera}), (name: "b", instance: true, children: [(name: "c", {camera})])])'
+    )
+    sim = relief.Sim(scene)
+    assert sim.look().keys() == ["eye", "b/eye"]
+    Bridge(sim, distortion={"eye": [0.1], "b/eye": [0.1]}).close()
+
+
+def test_two_vehicles_of_one_name_are_refused(field):
+    for x in (0, 9):
+        field.spawn_vehicle("car", at=(x, 0, 0), name="ego", by_hand=True)
+    with pytest.raises(ValueError, match='its topic, /ego/cmd_vel, is that of vehicle "ego"'):
+        Bridge(field)
+
+
+def test_what_is_closed_takes_no_steps(field):
+    bridge = Bridge(field)
+    with pytest.raises(ValueError, match="n: expected at least 0 steps, found -1"):
+        bridge.step(-1)
+    bridge.close()
+    bridge.close()
+    for call in (bridge.step, bridge.publish, bridge.spin):
+        with pytest.raises(RuntimeError, match="the bridge is closed"):
+            call()
+    assert field.steps == 0
