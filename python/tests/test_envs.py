@@ -180,6 +180,14 @@ def test_resets_that_are_refused_begin_nothing():
     env.close()
 
 
+def test_what_was_refused_can_be_closed():
+    """As versions of Gymnasium do by themselves, where it is deleted."""
+    env = DrivingVectorEnv.__new__(DrivingVectorEnv)
+    with pytest.raises(ValueError):
+        env.__init__("relief/LaneFollow-v0", 0)
+    env.close()
+
+
 def test_seeds_of_any_kind_of_whole_numbers_are_the_same():
     env = relief.make_vec("relief/LaneFollow-v0", 2, size=(4, 4))
     expected, hashes = env.reset(seed=3)[0], [sim.hash() for sim in env.sims]

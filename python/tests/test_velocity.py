@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from relief.velocity import VelocityController
@@ -51,5 +52,10 @@ def test_steering_is_a_part_of_what_tyres_hold():
 def test_what_is_no_number_is_refused():
     with pytest.raises(ValueError, match="wheelbase: expected a number above 0, found 0"):
         VelocityController(wheelbase=0)
+    VelocityController(gain=np.float32(2.0))
+    with pytest.raises(ValueError, match="gain: expected a number above 0, found 'much'"):
+        VelocityController(gain="much")
+    with pytest.raises(ValueError, match="steering_degrees: expected less than 90, found 400"):
+        VelocityController(steering_degrees=400)
     with pytest.raises(ValueError, match="velocity: expected finite numbers"):
         CAR.controls(0.0, math.nan, 0.0)

@@ -48,6 +48,8 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         render_mode: None = None,
         **options: Any,
     ) -> None:
+        # Gymnasium closes what is deleted, also where nothing came of it.
+        self._sims: list[relief.Sim] = []
         if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ValueError(f"num_envs: expected a whole number from 1, found {num_envs!r}")
         if render_mode is not None:
