@@ -150,9 +150,8 @@ def _views(cameras: list[str]) -> Any:
     """A view of the world, beside one of each camera's picture with its boxes."""
     from rerun import blueprint
 
-    world = blueprint.Spatial3DView(
-        name="world", contents=["/**", *(f"- {camera}/{image}" for camera in cameras for image in ("class", "instance"))]
-    )
+    left_out = [f"- {camera}/{image}" for camera in cameras for image in ("class", "instance")]
+    world = blueprint.Spatial3DView(name="world", contents=["/**", *left_out])
     pictures = [
         blueprint.Spatial2DView(
             name=camera, origin=f"{camera}/image_raw", contents=[f"{camera}/image_raw", f"{camera}/boxes"]
