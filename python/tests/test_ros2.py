@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import relief
+from conftest import ROOT
 
 # Not `conftest.needed`: the packages are 250 MB, and CI does not have them, in strict mode either.
 rclpy = pytest.importorskip("rclpy", reason="skipped: no rclpy")
@@ -257,6 +258,16 @@ def test_a_fix_is_that_of_the_receiver(tmp_path):
     assert (fix.latitude, fix.longitude) == (pytest.approx(48.137, abs=1e-7), pytest.approx(11.575, abs=1e-7))
     assert (fix.status.status, fix.status.service, fix.position_covariance_type) == (0, 1, 0)
     assert (fix.header.stamp.sec, fix.header.stamp.nanosec, fix.header.frame_id) == (1, 500_000_000, "mast")
+
+
+def test_the_page_runs_as_it_stands():
+    """For a fraction of the time."""
+    page = (ROOT / "docs" / "ros2.md").read_text(encoding="utf-8")
+    program = page.split("```text\n")[1].split("```")[0]
+    assert "bridge.step(600)" in program
+    names = {}
+    exec(program.replace("bridge.step(600)", "bridge.step(12)"), names)
+    assert names["sim"].steps == 12
 
 
 def test_names():
