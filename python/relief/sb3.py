@@ -34,7 +34,6 @@ class VecEnv(vec_env.VecEnv):
         observation, _ = self.envs.reset(seed=list(self._seeds))
         self._reset_seeds()
         self._reset_options()
-        self.reset_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         return observation
 
     def step_async(self, actions: np.ndarray) -> None:

@@ -72,6 +72,9 @@ def test_what_has_ended_is_reset_by_the_next_step():
 def test_what_has_ended_is_reset_in_the_same_step():
     env = relief.make_vec("relief/LaneFollow-v0", 2, size=SIZE, autoreset_mode="SAME_STEP")
     env.reset(seed=3)
+    # Gymnasium has names of its own for modes since 1.1.
+    modes = getattr(gymnasium.vector, "AutoresetMode", None)
+    assert env.metadata["autoreset_mode"] == ("SameStep" if modes is None else modes.SAME_STEP)
     _, (observation, _, terminated, _, infos) = until_one_ends(env)
     assert terminated.tolist() == [True, False]
     assert infos["_final_obs"].tolist() == [True, False]
@@ -118,6 +121,20 @@ def test_no_array_is_given_twice():
         assert not np.shares_memory(array, after[name])
         assert np.array_equal(array, copies[name])
     env.close()
+
+
+def test_what_is_rendered_is_what_was_seen():
+    env = DrivingEnv("relief/LaneFollow-v0", render_mode="rgb_array", size=SIZE)
+    assert env.render() is None
+    observation, _ = env.reset(seed=1)
+    first, second = env.render(), env.render()
+    assert np.array_equal(first, observation)
+    assert not np.shares_memory(first, observation) and not np.shares_memory(first, second)
+    env.close()
+    silent = DrivingEnv("relief/LaneFollow-v0", size=SIZE)
+    silent.reset(seed=1)
+    assert silent.render() is None
+    silent.close()
 
 
 def test_depths_of_a_byte_are_even_steps_of_the_logarithm():
