@@ -44,6 +44,21 @@ def test_the_policy_of_many_machines_drives():
     worlds.close()
 
 
+def test_the_program_of_environments_runs():
+    """With fewer of them."""
+    gymnasium = needed("gymnasium")
+    import relief.envs
+
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    assert '"relief/Traffic-v0", 64,' in program
+    names = {"gymnasium": gymnasium, "relief": relief}
+    exec(program.replace("64,", "2,"), names)
+    assert names["observation"]["camera"].shape == (2, 84, 84, 3)
+    for name in ("env", "envs"):
+        names[name].close()
+
+
 @pytest.mark.parametrize("name", GUIDES)
 def test_guides_run_as_they_stand(name):
     count, names = run_page(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, Imu, NavSatFix, PointCloud2
 
-from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture, Sim, Vehicle
+from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture, Sensor, Sim, Vehicle
 from ..velocity import VelocityController
 from . import messages
 
@@ -38,7 +38,7 @@ class Bridge:
 
     Topics, frames and encodings are those of the log (docs/ros2.md). Time is the simulation's; nothing waits for
     anything. Velocities come in on ``/NAME/cmd_vel`` for each vehicle that is under manual control now. One counts
-    until the next; before the first, the vehicle is left alone.
+    until the next; before the first, the vehicle is left alone. Vehicles that come to be later need another bridge.
 
     Args:
         sim: the world.
@@ -49,8 +49,8 @@ class Bridge:
         fisheye: the same with k1 to k4 of fisheye lenses.
 
     Raises:
-        ValueError: a name that no vehicle under manual control has; too many coefficients; two names that are one in
-            ROS.
+        ValueError: a name that no vehicle under manual control has, or no camera; too many coefficients, or one that is
+            not finite; two names that are one in ROS.
     """
 
     def __init__(
@@ -64,7 +64,13 @@ class Bridge:
     ) -> None:
         self.sim = sim
         self._lenses = _lenses(distortion or {}, fisheye or {})
-        vehicles = {vehicle.name: vehicle for vehicle in sim.vehicles if vehicle.by_hand}
+        cameras = {name for sensor in sim.sensors if sensor.kind == "camera" for name in _names(sensor)}
+        for name in self._lenses:
+            if name not in cameras:
+                raise ValueError(f'distortion and fisheye: no camera is called "{name}"')
+        driven = [vehicle for vehicle in sim.vehicles if vehicle.by_hand]
+        topics = _distinct_topics([vehicle.name for vehicle in driven])
+        vehicles = {vehicle.name: vehicle for vehicle in driven}
         controllers = controllers or {}
         for name in controllers:
             if name not in vehicles:
@@ -75,7 +81,6 @@ class Bridge:
         self._driven = {
             name: (vehicle, controllers.get(name, VelocityController())) for name, vehicle in vehicles.items()
         }
-        topics = _distinct_topics(vehicles)
 
         # A context of its own: what else a program does with rclpy is not touched.
         self._context = Context()
@@ -90,7 +95,10 @@ class Bridge:
 
     def step(self, n: int = 1) -> int:
         """Takes steps of the clock. Before each, velocities that came are taken in; after each, sensors that are due
-        are captured and published, and the clock. Returns the number of the last step."""
+        are captured and published, and the clock. Returns the number of the last step. Raises ValueError; RuntimeError
+        once it is closed."""
+        if n < 0:
+            raise ValueError(f"n: expected at least 0 steps, found {n}")
         for _ in range(n):
             self.spin()
             for name, (wanted, yaw_rate) in self._wanted.items():
@@ -104,7 +112,8 @@ class Bridge:
 
     def publish(self) -> None:
         """Publishes the clock and what sensors measured that are due now: for a world that something else steps, and
-        for sensors that are due before the first step."""
+        for sensors that are due before the first step. Raises ValueError; RuntimeError once it is closed."""
+        self._check_open()
         capture = self.sim.capture()
         stamp = capture.nanoseconds
         self._publish_clock(messages.clock(stamp))
@@ -118,7 +127,8 @@ class Bridge:
             self._publisher(TFMessage, "/tf", _RELIABLE)(TFMessage(transforms=places))
 
     def spin(self) -> None:
-        """Takes in velocities that have come; does not wait for any."""
+        """Takes in velocities that have come; does not wait for any. Raises RuntimeError once it is closed."""
+        self._check_open()
         for _ in self._driven:
             self._executor.spin_once(timeout_sec=0.0)
 
@@ -136,6 +146,10 @@ class Bridge:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _check_open(self) -> None:
+        if not self._context.ok():
+            raise RuntimeError("the bridge is closed")
 
     def _publish_reading(self, frame: str, stamp: int, name: str, reading: Any) -> None:
         of = messages.header(stamp, frame)
@@ -204,13 +218,27 @@ def _lenses(
 def _coefficients(which: str, name: str, given: Sequence[float], most: int) -> tuple[float, ...]:
     if len(given) > most:
         raise ValueError(f'{which} of camera "{name}": expected at most {most} numbers, found {len(given)}')
+    if not all(map(math.isfinite, given)):
+        raise ValueError(f'{which} of camera "{name}": expected finite numbers, found {tuple(given)}')
     return tuple(float(number) for number in given) + (0.0,) * (most - len(given))
 
 
-def _distinct_topics(vehicles: Mapping[str, Vehicle]) -> dict[str, str]:
+def _names(sensor: Sensor) -> Iterator[str]:
+    """What captures may call a sensor: its name below that of the nearest thing above it that has an ``instance``.
+    Which have one is not told, but every vehicle does."""
+    above = sensor.parent
+    while above is not None:
+        yield f"{above.name}/{sensor.name}"
+        if isinstance(above, Vehicle):
+            return
+        above = above.parent
+    yield sensor.name
+
+
+def _distinct_topics(names: Sequence[str]) -> dict[str, str]:
     """The topic on which each vehicle's velocities come in."""
     topics: dict[str, str] = {}
-    for name in vehicles:
+    for name in names:
         topic = f"/{messages.frame_name(name)}/cmd_vel"
         for other, taken in topics.items():
             if taken == topic:
