@@ -13,7 +13,7 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 import relief  # noqa: E402
 from relief.envs import DrivingEnv, DrivingVectorEnv  # noqa: E402
-from relief.envs.tasks import LaneFollow, Traffic, log_depth  # noqa: E402
+from relief.envs.tasks import LaneFollow, Traffic, check_actions, log_depth  # noqa: E402
 
 SIZE = (40, 36)
 IDS = ["relief/LaneFollow-v0", "relief/Traffic-v0"]
@@ -145,7 +145,7 @@ def test_depths_of_a_byte_are_even_steps_of_the_logarithm():
 
 
 def test_what_is_wrong_is_said():
-    with pytest.raises(ValueError, match="unknown environment 'relief/Lane'; expected one of: relief/LaneFollow-v0"):
+    with pytest.raises(ValueError, match="unknown environment 'relief/Lane'; expected a Task, or one of: relief/LaneFollow-v0"):
         relief.make_vec("relief/Lane", 2)
     for count in (0, -1, 2.5, "2", True, None):
         with pytest.raises(ValueError, match=f"num_envs: expected a whole number from 1, found {count!r}"):
@@ -166,7 +166,31 @@ def test_what_is_wrong_is_said():
     assert np.isfinite(env.step(np.zeros((2, 2), np.float32))[1]).all()
     with pytest.raises(ValueError, match="size: expected 1 to 4096 pixels along each side"):
         LaneFollow(size=(0, 36))
+    for size in ("ab", 8, (1, 2, 3), (8.5, 8), None):
+        with pytest.raises(ValueError, match="size: expected width and height in whole pixels, found"):
+            LaneFollow(size=size)
+    with pytest.raises(ValueError, match="unknown option 'sise' of relief/Traffic-v0; expected one of: size"):
+        relief.make_vec("relief/Traffic-v0", 1, sise=(8, 8))
+    for task in (LaneFollow, ["relief/Traffic-v0"], None):
+        with pytest.raises(ValueError, match="unknown environment .*; expected a Task, or one of:"):
+            relief.make_vec(task, 1)
     env.close()
+
+
+def test_routes_of_a_task_are_those_of_its_scene():
+    class Elsewhere(LaneFollow):
+        routes = ("road", "rode")
+
+    env = DrivingEnv(Elsewhere(size=(8, 8)))
+    with pytest.raises(ValueError, match="no route 'rode'; expected one of: road"):
+        env.reset(seed=1)
+    env.close()
+
+
+@pytest.mark.parametrize("action", ["12", ["0", "1"], [1j, 0], [1e300, 0.0], [[0.0], [0.0]], None])
+def test_actions_are_finite_numbers(action):
+    with pytest.raises(ValueError, match="actions: expected"):
+        check_actions(action, (2,))
 
 
 def test_resets_that_are_refused_begin_nothing():

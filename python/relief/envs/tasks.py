@@ -7,7 +7,10 @@ the same functions, so that what environment i sees does not depend on how many 
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
+import operator
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -48,13 +51,17 @@ class Outcome:
     reward: float
     terminated: bool
     truncated: bool
-    info: dict
+    info: dict[str, float]
 
 
 def check_actions(actions: object, shape: tuple[int, ...]) -> np.ndarray:
     """Actions as float32 of a shape. Raises ValueError."""
     try:
-        given = np.asarray(actions, np.float32)
+        asked = np.asarray(actions)
+        if asked.dtype.kind not in "biuf":
+            raise TypeError
+        with np.errstate(over="ignore"):  # refused below
+            given = asked.astype(np.float32)
     except (TypeError, ValueError):
         raise ValueError(f"actions: expected numbers of shape {shape}, found {type(actions).__name__}") from None
     if given.shape != shape:
@@ -98,7 +105,10 @@ class Task:
     all_lanes = False
 
     def __init__(self, *, size: tuple[int, int] = (84, 84)) -> None:
-        width, height = (int(side) for side in size)
+        try:
+            width, height = (operator.index(side) for side in size)
+        except (TypeError, ValueError):
+            raise ValueError(f"size: expected width and height in whole pixels, found {size!r}") from None
         if not (1 <= width <= 4096 and 1 <= height <= 4096):
             raise ValueError(f"size: expected 1 to 4096 pixels along each side, found {size}")
         self.size = (width, height)
@@ -107,18 +117,22 @@ class Task:
         """The world that all others are made from."""
         return relief.Sim(relief.assets() / self.scene)
 
-    def observation_space(self) -> spaces.Space:
+    def observation_space(self) -> spaces.Space[Any]:
         """Of one environment."""
         width, height = self.size
         return spaces.Box(0, 255, (height, width, 3), np.uint8)
 
-    def action_space(self) -> spaces.Space:
+    def action_space(self) -> spaces.Space[Any]:
         """Of one environment."""
         return spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def begin(self, sim: relief.Sim, random: np.random.Generator) -> Episode:
         """Begins an episode in a world: the same numbers, the same episode."""
         sim.reset(seed=int(random.integers(2**31)))
+        unknown = set(self.routes) - {route.name for route in sim.routes}
+        if unknown:
+            known = ", ".join(route.name for route in sim.routes)
+            raise ValueError(f"{sim.name}: no route {min(unknown)!r}; expected one of: {known}")
         routes = [route for route in sim.routes if self.is_road(route)]
         if not routes:
             raise ValueError(f"{sim.name}: expected a route for cars, of {SHORTEST_ROUTE:g} m and more")
@@ -203,7 +217,7 @@ class Traffic(Task):
     outputs = ("color", "depth")
     all_lanes = True
 
-    def observation_space(self) -> spaces.Space:
+    def observation_space(self) -> spaces.Space[Any]:
         width, height = self.size
         return spaces.Dict(
             {
@@ -246,12 +260,17 @@ TASKS: dict[str, type[Task]] = {
 }
 
 
-def task_of(task: str | Task, **options) -> Task:
+def task_of(task: str | Task, **options: Any) -> Task:
     """A task by the id of its environment. Raises ValueError."""
     if isinstance(task, Task):
         if options:
             raise ValueError(f"expected no options beside a task, found {', '.join(options)}")
         return task
-    if task not in TASKS:
-        raise ValueError(f"unknown environment {task!r}; expected one of: {', '.join(TASKS)}")
-    return TASKS[task](**options)
+    kind = TASKS.get(task) if isinstance(task, str) else None
+    if kind is None:
+        raise ValueError(f"unknown environment {task!r}; expected a Task, or one of: {', '.join(TASKS)}")
+    known = list(inspect.signature(kind).parameters)
+    for name in options:
+        if name not in known:
+            raise ValueError(f"unknown option {name!r} of {task}; expected one of: {', '.join(known)}")
+    return kind(**options)

@@ -11,7 +11,7 @@ from pathlib import Path
 try:
     import ray
 except ImportError:
-    print("error: no Ray; expected pip install 'relief[ray]'", file=sys.stderr)
+    print("error: no Ray; expected pip install '.[ray]'", file=sys.stderr)
     sys.exit(2)
 
 from .cluster import BadInput, TaskError
@@ -43,7 +43,7 @@ def _rollouts(args: argparse.Namespace) -> int:
     try:
         from .rollouts import Settings, claim, policy_of, rollouts
     except ImportError as error:
-        raise BadInput(f"{error}; expected pip install 'relief[gym]'") from None
+        raise BadInput(f"{error}; expected pip install '.[gym]'") from None
     settings = Settings(
         environment=args.environment,
         policy=args.policy,
