@@ -56,11 +56,14 @@ def draw(tests: dict[str, dict[int, list[dict[str, float]]]], path: str) -> None
     axes.fill_between(steps, least, most, color="#2a6fbb", alpha=0.2, linewidth=0)
     axes.plot(steps, means, color="#2a6fbb", marker="o", markersize=3)
     axes.annotate("PPO", (steps[-1], means[-1]), (6, 0), textcoords="offset points", va="center", color="#2a6fbb")
-    for policy, name in FLOOR.items():
-        metres, *_ = spread(tests[policy][0], "metres")
+    # The upper line has its name above, the lower one below.
+    floor = sorted((spread(tests[policy][0], "metres")[0], name) for policy, name in FLOOR.items())
+    for (metres, name), off, side in zip(floor, (-3, 3), ("top", "bottom")):
         axes.axhline(metres, color="#666666", linestyle="--", linewidth=1)
-        place = (steps[-1], metres)
-        axes.annotate(name, place, (0, 3), textcoords="offset points", ha="right", color="#666666", fontsize=9)
+        axes.annotate(
+            name, (steps[-1], metres), (0, off), textcoords="offset points",
+            ha="right", va=side, color="#666666", fontsize=9,
+        )
     axes.set(xlabel="steps learned from, thousands", ylabel="metres along the lane in 20 s", ylim=(0, None))
     axes.spines[["top", "right"]].set_visible(False)
     axes.margins(x=0.02)
