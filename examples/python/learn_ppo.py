@@ -38,7 +38,7 @@ FASTEST = 9.0
 class Cruise(VecEnvWrapper):
     """Actions are steering and speed, of which −1 is to stand and 1 is `FASTEST`.
 
-    A picture does not tell how fast one drives, and a pedal held at one half leads ever faster, until a bend is missed.
+    A picture does not tell the speed, and a pedal held at one half leads ever faster, until a bend is missed.
     """
 
     def reset(self) -> Any:
