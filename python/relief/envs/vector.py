@@ -45,6 +45,8 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         render_mode: None = None,
         **options,
     ) -> None:
+        # What is wrong is said below; an environment that was not made is closed all the same.
+        self._sims: list[relief.Sim] = []
         if num_envs < 1:
             raise ValueError(f"num_envs: expected at least 1, found {num_envs}")
         if render_mode is not None:
