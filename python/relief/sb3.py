@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from stable_baselines3.common import vec_env
 
 from .envs import Task, make_vec
@@ -36,11 +37,11 @@ class VecEnv(vec_env.VecEnv):  # type: ignore[misc, unused-ignore]
         self._reset_options()
         return observation
 
-    def step_async(self, actions: np.ndarray) -> None:
+    def step_async(self, actions: npt.NDArray[np.float32]) -> None:
         """Notes the actions, float32 (N, 2), of the next `step_wait`."""
         self._actions = actions
 
-    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, Any]]]:
         """Drives for a tenth of a second. Episodes that end begin anew at once: ``terminal_observation`` is what was
         seen last, ``TimeLimit.truncated`` whether time alone has ended them."""
         observation, rewards, terminated, truncated, told = self.envs.step(self._actions)

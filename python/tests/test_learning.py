@@ -1,4 +1,4 @@
-"""The example that learns to keep a lane learns something, in few generations."""
+"""The example that learns to keep a lane learns it in few generations."""
 
 import runpy
 
@@ -10,21 +10,22 @@ needed("gymnasium")
 
 import relief  # noqa: E402
 
-#: Episodes of 7 s: a vehicle that keeps its lane comes some 34 m.
-ENVIRONMENTS, STEPS, GENERATIONS = 16, 70, 5
-#: Metres in the median of starts. Straight ahead comes 17. Three seeds came 33, 33 and 27: roundings of drivers change
-#: which policies are chosen, as a seed does, so the bar is below the least of them.
-BAR = 22.0
+#: Episodes of 7 s.
+ENVIRONMENTS, STEPS, GENERATIONS = 16, 70, 4
+#: The share of starts from which the lane is kept to the end. Straight ahead keeps it from none. Of thirty seeds the
+#: least came to 0.56, all but two to 0.8 and more. Roundings of drivers change which policies are chosen, as a seed
+#: does, so the bar is well below.
+BAR = 0.3
 
 
-def test_the_lane_is_kept_longer_than_straight_ahead():
+def test_the_lane_is_kept_where_straight_ahead_leaves_it():
     example = runpy.run_path(str(ROOT / "examples" / "python" / "learn_lane.py"))
     env = relief.make_vec("relief/LaneFollow-v0", ENVIRONMENTS, size=(example["SIDE"], example["SIDE"]))
     mean = example["learn"](env, STEPS, generations=GENERATIONS, seed=0)
-    came = []
+    shares = []
     for policy in (np.zeros_like(mean), mean):
         # Starts that were not learned from.
-        _, metres = example["drive"](env, np.tile(policy, (ENVIRONMENTS, 1)), 1_000_000, STEPS)
-        came.append(float(np.median(metres)))
+        _, _, kept = example["drive"](env, np.tile(policy, (ENVIRONMENTS, 1)), 1_000_000, STEPS)
+        shares.append(float(kept.mean()))
     env.close()
-    assert came[0] < BAR < came[1], f"straight ahead {came[0]:.1f} m, learned {came[1]:.1f} m"
+    assert shares[0] == 0.0 and shares[1] >= BAR, f"straight ahead {shares[0]:.0%}, learned {shares[1]:.0%}"

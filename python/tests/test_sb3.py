@@ -3,6 +3,8 @@
 PyTorch has some gigabytes, so these tests run where it is, and are skipped elsewhere, in strict mode, too.
 """
 
+import runpy
+import sys
 import warnings
 
 import gymnasium
@@ -14,6 +16,7 @@ pytest.importorskip("stable_baselines3", reason="skipped: no stable_baselines3")
 from stable_baselines3.common.env_checker import check_env  # noqa: E402
 from stable_baselines3.common.vec_env import DummyVecEnv  # noqa: E402
 
+from conftest import ROOT  # noqa: E402
 from relief.envs import TASKS  # noqa: E402
 from relief.sb3 import VecEnv  # noqa: E402
 
@@ -71,3 +74,39 @@ def test_what_there_is_not_is_told():
     with pytest.raises(AttributeError, match="nothing to be set"):
         env.set_attr("task", None)
     env.close()
+
+
+def example_of(name):
+    """The functions of an example. They see each other in the globals of each."""
+    return runpy.run_path(str(ROOT / "examples" / "python" / name))["main"].__globals__
+
+
+def test_the_cruise_control_holds_a_speed():
+    example = example_of("learn_ppo.py")
+    env, wanted = example["Cruise"](VecEnv("relief/LaneFollow-v0", 2, size=SIZE)), 0.25 * example["FASTEST"]
+    env.seed(5)
+    env.reset()
+    actions, speeds = np.float32([[0.25, -1.0], [0.0, -0.5]]), np.zeros(2)
+    for _ in range(10):
+        infos = env.step(actions)[3]
+        # What is missing to a standstill and to a quarter of the fastest, by 0.3; steering as it is.
+        pedal = np.float32(np.clip(0.3 * (np.array([0.0, wanted]) - speeds), -1.0, 1.0))
+        assert np.array_equal(env.venv._actions, np.stack([actions[:, 0], pedal], axis=1))
+        speeds = np.array([info["speed"] for info in infos])
+    assert abs(speeds[0]) < 0.01 and 0.4 * wanted < speeds[1] < wanted, speeds
+
+
+def test_the_example_learns_tests_and_draws(tmp_path, monkeypatch, capsys):
+    learn, plot = example_of("learn_ppo.py"), example_of("plot_curve.py")
+    for name, value in (("STARTS", 2), ("STEPS", 4)):
+        monkeypatch.setitem(learn, name, value)
+    curve, picture = tmp_path / "curve.csv", tmp_path / "curve.png"
+    monkeypatch.setattr(sys, "argv", f"learn_ppo --steps 64 --every 64 --environments 16 -o {curve}".split())
+    learn["main"]()
+    assert len(capsys.readouterr().out.splitlines()) == 5
+    monkeypatch.setattr(sys, "argv", ["plot_curve", str(curve), "-o", str(picture)])
+    plot["main"]()
+    table = capsys.readouterr().out.splitlines()
+    policies = ["straight ahead", "at random", "PPO", "PPO"]
+    assert [row.split(" | ")[0] for row in table[2:]] == [f"| {name}" for name in policies]
+    assert picture.read_bytes().startswith(b"\x89PNG")
