@@ -1,5 +1,6 @@
 //! What cameras give: one of one world, or the same camera of several.
 
+use crate::arguments::required;
 use crate::capture::{Arrays, Common};
 use crate::sensor::camera_matrix;
 use numpy::ndarray::ArrayD;
@@ -174,12 +175,13 @@ macro_rules! outputs {
                 self.arrays.dict(py)
             }
 
-            fn __getitem__(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
-                output(py, &self.arrays, name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
+            fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+                let name: String = required("name", name)?;
+                output(py, &self.arrays, &name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
             }
 
-            fn __contains__(&self, name: &str) -> bool {
-                self.arrays.names().contains(&name)
+            fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+                Ok(self.arrays.names().contains(&required::<String>("name", name)?.as_str()))
             }
 
             $($own)*

@@ -1,5 +1,6 @@
 //! What there is in the world of a `Sim`: entities by name, id and kind, roads, classes, types.
 
+use crate::arguments::required;
 use crate::entity::{Kind, wrap, wrap_as};
 use crate::errors::Failure;
 use crate::roads::Route;
@@ -29,17 +30,20 @@ impl Sim {
 #[pymethods]
 impl Sim {
     /// The first entity of a name. Raises KeyError, which names the nearest.
-    fn __getitem__(&self, py: Python<'_>, name: String) -> PyResult<Py<PyAny>> {
+    fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let name: String = required("name", name)?;
         let id = self.with(py, move |world| world.find(&name))?;
         wrap(py, &self.shared, id)
     }
 
-    fn __contains__(&self, py: Python<'_>, name: String) -> PyResult<bool> {
+    fn __contains__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let name: String = required("name", name)?;
         self.with(py, move |world| Ok(world.find(&name).is_ok()))
     }
 
     /// The entity of an id, as pictures and boxes have it. Raises GoneError.
-    fn entity(&self, py: Python<'_>, id: u32) -> PyResult<Py<PyAny>> {
+    fn entity(&self, py: Python<'_>, id: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let id: u32 = required("id", id)?;
         let id = StateId(id.checked_sub(1).ok_or_else(|| Failure::value("id: expected 1 or more, found 0"))?);
         wrap(py, &self.shared, id)
     }

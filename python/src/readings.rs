@@ -1,5 +1,6 @@
 //! What sensors of motion give, and those of what is around a vehicle.
 
+use crate::arguments::required;
 use crate::capture::Common;
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -250,7 +251,8 @@ reading! { Collisions {
         self.own.len()
     }
 
-    fn __getitem__(&self, index: isize) -> PyResult<Contact> {
+    fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Contact> {
+        let index: isize = required("index", index)?;
         let place = if index < 0 { index + self.own.len() as isize } else { index };
         let contact = usize::try_from(place).ok().and_then(|place| self.contact(place));
         contact.ok_or_else(|| {
