@@ -79,6 +79,13 @@ reading! { ImuReading {
     fn angular_velocity(&self) -> (f64, f64, f64) {
         self.own.reading.angular_velocity.into()
     }
+
+    /// Standard deviations of what noise adds, on each axis: of the specific force, m/s², and of the angular velocity,
+    /// rad/s. A density n becomes n/√s of readings s seconds apart (Kalibr's "IMU noise model").
+    #[getter]
+    fn sigmas(&self) -> (f64, f64) {
+        self.own.sigmas.into()
+    }
 } }
 
 /// What a receiver of satellite navigation measured.
@@ -117,6 +124,12 @@ reading! { GnssReading {
     #[getter]
     fn altitude(&self) -> f64 {
         self.own.reading.place.altitude
+    }
+
+    /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
+    #[getter]
+    fn sigmas(&self) -> (f64, f64) {
+        self.own.sigmas.into()
     }
 
     /// Whether it is known where the sensor was when it was due before. If not, the velocity is 0.

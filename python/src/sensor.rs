@@ -3,15 +3,45 @@
 use crate::entity::Entity;
 use crate::errors::{Failure, Outcome};
 use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use relief::export::ros::Distortion;
 use relief::systems::draw::Intrinsics;
-use relief::systems::sensors::{self, SensorKind};
+use relief::systems::sensors::{
+    self, CameraSensor, GnssNoise, GnssSensor, ImageNoise, ImuSensor, Lens, LidarNoise, LidarSensor, SensorKind,
+};
 
 /// A matrix of 3 by 3, float64.
 pub fn camera_matrix<'py>(py: Python<'py>, own: &Intrinsics) -> Bound<'py, PyArray2<f64>> {
     let rows = [[own.fx, 0.0, own.cx], [0.0, own.fy, own.cy], [0.0, 0.0, 1.0]];
     Array2::from_shape_fn((3, 3), |(row, column)| rows[row][column]).into_pyarray(py)
+}
+
+/// OpenCV's, float64.
+pub fn coefficients<'py>(py: Python<'py>, lens: &Lens) -> Bound<'py, PyArray1<f64>> {
+    Distortion::of(lens).parts().1.to_vec().into_pyarray(py)
+}
+
+/// As ROS calls it.
+pub fn model(lens: &Lens) -> &'static str {
+    match Distortion::of(lens) {
+        Distortion::PlumbBob(_) => "plumb_bob",
+        Distortion::RationalPolynomial(_) => "rational_polynomial",
+        Distortion::Equidistant(_) => "equidistant",
+    }
+}
+
+/// Of a camera whose projection is not parallel.
+fn lens(own: &PyRef<'_, Sensor>) -> PyResult<Option<Lens>> {
+    Sensor::read(own, |sensor| match &sensor.kind {
+        SensorKind::Camera(camera) => camera.intrinsics().map(|_| camera.lens),
+        _ => None,
+    })
+}
+
+fn set<'py, T: IntoPyObject<'py>, const N: usize>(dict: &Bound<'py, PyDict>, items: [(&str, T); N]) -> PyResult<()> {
+    items.into_iter().try_for_each(|(name, value)| dict.set_item(name, value))
 }
 
 /// A sensor of a world.
@@ -84,5 +114,52 @@ impl Sensor {
             _ => None,
         })?;
         Ok(intrinsics.map(|intrinsics| camera_matrix(own.py(), &intrinsics).unbind()))
+    }
+
+    /// Of a camera: how its lens bends the picture, OpenCV's coefficients as its `distortion_model` has them, float64:
+    /// (k1, k2, p1, p2, k3), all 0 where nothing is bent; with k4, k5, k6 after these; or of a fisheye (k1, k2, k3, k4).
+    /// ``None`` where the projection is parallel.
+    #[getter]
+    #[allow(non_snake_case)]
+    fn D(own: PyRef<'_, Self>) -> PyResult<Option<Py<PyArray1<f64>>>> {
+        Ok(lens(&own)?.map(|lens| coefficients(own.py(), &lens).unbind()))
+    }
+
+    /// Of a camera: "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls them. ``None`` where the
+    /// projection is parallel.
+    #[getter]
+    fn distortion_model(own: PyRef<'_, Self>) -> PyResult<Option<&'static str>> {
+        Ok(lens(&own)?.map(|lens| model(&lens)))
+    }
+
+    /// What real sensors get wrong: a dict by the names that the scene's file has (docs/sensors.md). Of a camera
+    /// `full_well`, `read`, `dark`, `gain`, `bits` and `black`; of a lidar `range_sigma`, `drop_rate` and `drop_below`;
+    /// of an IMU densities and biases; of a receiver `horizontal_sigma`, `vertical_sigma` and `velocity_sigma`.
+    /// ``None`` of a camera without noise, and of all others.
+    #[getter]
+    fn noise<'py>(own: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let dict = PyDict::new(own.py());
+        match Self::read(&own, |sensor| sensor.kind.clone())? {
+            SensorKind::Camera(CameraSensor { noise: Some(noise), .. }) => {
+                let ImageNoise { full_well, read, dark, gain, bits, black } = noise;
+                set(&dict, [("full_well", full_well), ("read", read), ("dark", dark), ("gain", gain)])?;
+                set(&dict, [("bits", bits), ("black", black)])?;
+            }
+            SensorKind::Lidar(LidarSensor { noise: LidarNoise { range_sigma, drop_rate, drop_below }, .. }) => {
+                set(&dict, [("range_sigma", range_sigma), ("drop_rate", drop_rate), ("drop_below", drop_below)])?;
+            }
+            SensorKind::Imu(ImuSensor { noise }) => {
+                let densities = (noise.accelerometer_density, noise.gyroscope_density);
+                set(&dict, [("accelerometer_density", densities.0), ("gyroscope_density", densities.1)])?;
+                let biases = (noise.accelerometer_bias, noise.gyroscope_bias);
+                set(&dict, [("accelerometer_bias", biases.0), ("gyroscope_bias", biases.1)])?;
+            }
+            SensorKind::Gnss(GnssSensor { noise: GnssNoise { horizontal_sigma, vertical_sigma, velocity_sigma } }) => {
+                set(&dict, [("horizontal_sigma", horizontal_sigma), ("vertical_sigma", vertical_sigma)])?;
+                set(&dict, [("velocity_sigma", velocity_sigma)])?;
+            }
+            _ => return Ok(None),
+        }
+        Ok(Some(dict))
     }
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any
 
@@ -27,7 +27,6 @@ except ImportError:
 
 _RELIABLE = QoSProfile(depth=10)
 _LATEST = QoSProfile(depth=1)
-_PINHOLE = ("plumb_bob", (0.0,) * 5)
 
 
 class Bridge:
@@ -43,14 +42,10 @@ class Bridge:
     Args:
         sim: the world.
         node: name of the node.
-        controllers: by the names of vehicles, how each follows velocities. Others have those of a car.
-        distortion: by the names of cameras, OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, as ``add_camera`` was given them. They
-            are for ``camera_info``: captures do not tell them.
-        fisheye: the same with k1 to k4 of fisheye lenses.
+        controllers: by the names of vehicles, how each follows velocities. Others have those of their types.
 
     Raises:
-        ValueError: a name that no vehicle under manual control has; too many coefficients; two names that are one in
-            ROS.
+        ValueError: a name that no vehicle under manual control has; two names that are one in ROS.
     """
 
     def __init__(
@@ -59,11 +54,8 @@ class Bridge:
         *,
         node: str = "relief",
         controllers: Mapping[str, VelocityController] | None = None,
-        distortion: Mapping[str, Sequence[float]] | None = None,
-        fisheye: Mapping[str, Sequence[float]] | None = None,
     ) -> None:
         self.sim = sim
-        self._lenses = _lenses(distortion or {}, fisheye or {})
         vehicles = {vehicle.name: vehicle for vehicle in sim.vehicles if vehicle.by_hand}
         controllers = controllers or {}
         for name in controllers:
@@ -72,8 +64,9 @@ class Bridge:
         self._frames: dict[str, str] = {messages.WORLD: ""}
         self._publishers: dict[str, Any] = {}
         self._wanted: dict[str, tuple[float, float]] = {}
+        of_type = lambda vehicle: VelocityController.of_type(sim.vehicle_type(vehicle.type_))
         self._driven = {
-            name: (vehicle, controllers.get(name, VelocityController())) for name, vehicle in vehicles.items()
+            name: (vehicle, controllers.get(name) or of_type(vehicle)) for name, vehicle in vehicles.items()
         }
         topics = _distinct_topics(vehicles)
 
@@ -113,7 +106,7 @@ class Bridge:
             frame = self._frame(name)
             places.append(messages.transform(stamp, frame, reading.world_from_sensor))
             self._publisher(TransformStamped, f"/{frame}/transform", _RELIABLE)(places[-1])
-            self._publish_reading(frame, stamp, name, reading)
+            self._publish_reading(frame, stamp, reading)
         if TFMessage is not None and places:
             self._publisher(TFMessage, "/tf", _RELIABLE)(TFMessage(transforms=places))
 
@@ -137,7 +130,7 @@ class Bridge:
     ) -> None:
         self.close()
 
-    def _publish_reading(self, frame: str, stamp: int, name: str, reading: Any) -> None:
+    def _publish_reading(self, frame: str, stamp: int, reading: Any) -> None:
         of = messages.header(stamp, frame)
         if isinstance(reading, CameraCapture):
             for output, (topic, encoding) in messages.IMAGES.items():
@@ -145,8 +138,7 @@ class Bridge:
                     picture = messages.image(of, reading[output], encoding)
                     self._sensor(Image, f"/{frame}/{topic}", picture)
             if reading.K is not None:
-                info = messages.camera_info(of, reading, *self._lenses.get(name, _PINHOLE))
-                self._sensor(CameraInfo, f"/{frame}/camera_info", info)
+                self._sensor(CameraInfo, f"/{frame}/camera_info", messages.camera_info(of, reading))
         elif isinstance(reading, LidarCapture):
             self._sensor(PointCloud2, f"/{frame}/points", messages.points(of, reading))
         elif isinstance(reading, ImuReading) and reading.valid:
@@ -184,27 +176,6 @@ class Bridge:
                 self.node.get_logger().warning(f"velocity of {name}: expected finite numbers, found {wanted}; left out")
 
         return receive
-
-
-def _lenses(
-    distortion: Mapping[str, Sequence[float]], fisheye: Mapping[str, Sequence[float]]
-) -> dict[str, tuple[str, tuple[float, ...]]]:
-    """By the names of cameras, the model of the lens in ROS and its coefficients."""
-    lenses = {}
-    for name, given in distortion.items():
-        k = _coefficients("distortion", name, given, 8)
-        lenses[name] = ("rational_polynomial", k) if any(k[5:]) else ("plumb_bob", k[:5])
-    for name, given in fisheye.items():
-        if name in lenses:
-            raise ValueError(f'camera "{name}": expected one of distortion and fisheye')
-        lenses[name] = ("equidistant", _coefficients("fisheye", name, given, 4))
-    return lenses
-
-
-def _coefficients(which: str, name: str, given: Sequence[float], most: int) -> tuple[float, ...]:
-    if len(given) > most:
-        raise ValueError(f'{which} of camera "{name}": expected at most {most} numbers, found {len(given)}')
-    return tuple(float(number) for number in given) + (0.0,) * (most - len(given))
 
 
 def _distinct_topics(vehicles: Mapping[str, Vehicle]) -> dict[str, str]:
