@@ -15,7 +15,7 @@ def of_color(color: np.ndarray) -> Image.Image:
 
 def of_depth(depth: np.ndarray, far: float = 100.0) -> Image.Image:
     """Distances in metres, (H, W): near is yellow, ``far`` and beyond dark blue, by their logarithm."""
-    near = max(float(depth.min()), 0.1)
+    near = min(max(float(depth.min()), 0.1), far / 2)
     at = np.log(np.clip(depth, near, far) / near) / max(np.log(far / near), 1e-6)
     stops = np.array([[253, 231, 37], [94, 201, 98], [33, 145, 140], [59, 82, 139], [30, 10, 50]], np.float64)
     place = np.linspace(0.0, 1.0, len(stops))

@@ -3,7 +3,7 @@
 rerun reads the log by itself, but has no message of boxes. They are read here, and logged beside what it reads: at the
 same entities and times, those of a camera's picture on the picture, those in space in the world.
 
-This needs rerun and what decodes messages: ``pip install 'relief[rerun]'``.
+This needs rerun and what decodes messages: ``pip install '.[rerun]'`` in a checkout.
 """
 
 from __future__ import annotations
@@ -101,12 +101,12 @@ def boxes_in_space(topic: str, nanoseconds: int, message: Any) -> SpaceBoxes:
 
 
 def boxes_of(path: Path | str) -> Iterator[PictureBoxes | SpaceBoxes]:
-    """All boxes of a log, in its order. Raises OSError, ``mcap.exceptions.McapError``."""
+    """All boxes of a log, in its order. Raises OSError; of a log that is broken, what its decoders raise."""
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
     with open(path, "rb") as file:
-        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         for schema, channel, message, decoded in reader.iter_decoded_messages():
             if schema is not None and schema.name == IN_PICTURE:
                 yield boxes_in_picture(channel.topic, message.log_time, decoded)
@@ -150,9 +150,8 @@ def _views(cameras: list[str]) -> Any:
     """A view of the world, beside one of each camera's picture with its boxes."""
     from rerun import blueprint
 
-    world = blueprint.Spatial3DView(
-        name="world", contents=["/**", *(f"- {camera}/{image}" for camera in cameras for image in ("class", "instance"))]
-    )
+    left_out = [f"- {camera}/{image}" for camera in cameras for image in ("class", "instance")]
+    world = blueprint.Spatial3DView(name="world", contents=["/**", *left_out])
     pictures = [
         blueprint.Spatial2DView(
             name=camera, origin=f"{camera}/image_raw", contents=[f"{camera}/image_raw", f"{camera}/boxes"]
@@ -169,27 +168,38 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("-o", "--output", help="file for rerun, such as run.rrd [default: opens rerun's window]")
     args = parser.parse_args(arguments)
     try:
+        import mcap_ros2.decoder  # noqa: F401
         import rerun
-        from mcap.exceptions import McapError
     except ImportError as error:
-        print(f"error: {error}; expected pip install 'relief[rerun]'", file=sys.stderr)
-        return 2
+        return _refused(f"{error}; expected pip install '.[rerun]' in a checkout of relief")
     try:
         # Read through first: nothing half-written is left of a log that is broken.
         for _ in boxes_of(args.log):
             pass
-        recording = rerun.RecordingStream("relief")
+    except OSError as error:
+        return _refused(f"{args.log}: {error.strerror}")
+    except Exception as error:
+        # Of a broken log, decoders raise anything; where it ends too early there are no words.
+        return _refused(f"{args.log}: cannot be read: {str(error) or 'truncated'}")
+    if args.output is not None and Path(args.output).exists() and Path(args.output).samefile(args.log):
+        return _refused(f"{args.output}: expected another file than the log")
+    recording = rerun.RecordingStream("relief")
+    try:
         if args.output is None:
             recording.spawn()
         else:
             recording.save(args.output)
-        captures = log(recording, args.log)
-        recording.flush()
-    except (OSError, McapError) as error:
-        print(f"error: {args.log}: {error}", file=sys.stderr)
-        return 2
+    except RuntimeError as error:
+        return _refused(f"{args.output or 'window'}: {error}")
+    captures = log(recording, args.log)
+    recording.flush()
     print(f"{args.output or args.log}: boxes of {captures} captures")
     return 0
+
+
+def _refused(message: str) -> int:
+    print(f"error: {message}", file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ from .envs import Task, make_vec
 class VecEnv(vec_env.VecEnv):
     """What ``DummyVecEnv`` of as many single environments gives, bit for bit, with all cameras in one submission.
 
-    ``task``: an id of `relief.envs.TASKS`, or a task. ``options``: of the task. `VecMonitor` of Stable-Baselines3 around
-    it adds the returns of episodes. Raises ValueError.
+    ``task``: an id of `relief.envs.TASKS`, or a task. ``options``: of the task. `VecMonitor` of Stable-Baselines3
+    around it adds the returns of episodes. Raises ValueError.
     """
 
     def __init__(self, task: str | Task = "relief/LaneFollow-v0", num_envs: int = 1, **options: Any) -> None:
@@ -34,7 +34,6 @@ class VecEnv(vec_env.VecEnv):
         observation, _ = self.envs.reset(seed=list(self._seeds))
         self._reset_seeds()
         self._reset_options()
-        self.reset_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         return observation
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -42,8 +41,8 @@ class VecEnv(vec_env.VecEnv):
         self._actions = actions
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Drives for a tenth of a second. Episodes that end begin anew at once: ``terminal_observation`` is what was seen
-        last, ``TimeLimit.truncated`` whether time alone has ended them."""
+        """Drives for a tenth of a second. Episodes that end begin anew at once: ``terminal_observation`` is what was
+        seen last, ``TimeLimit.truncated`` whether time alone has ended them."""
         observation, rewards, terminated, truncated, told = self.envs.step(self._actions)
         dones = terminated | truncated
         infos: list[dict[str, Any]] = []

@@ -1,10 +1,11 @@
-"""What to ask of a vehicle so that it goes at a speed and a yaw rate, as robots are driven."""
+"""What to ask of a vehicle so that it goes at a speed and a yaw rate."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Any
 
 from ._relief import Vehicle
@@ -51,9 +52,12 @@ class VelocityController:
         )
 
     def __post_init__(self) -> None:
-        for name in ("wheelbase", "steering_degrees", "acceleration", "braking", "gain"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise ValueError(f"VelocityController: {name}: expected a number above 0, found {getattr(self, name)}")
+        for field in fields(self):
+            number = getattr(self, field.name)
+            if not (isinstance(number, Real) and math.isfinite(number) and float(number) > 0.0):
+                raise ValueError(f"VelocityController: {field.name}: expected a number above 0, found {number!r}")
+        if (angle := self.steering_degrees) >= 90.0:
+            raise ValueError(f"VelocityController: steering_degrees: expected less than 90, found {angle}")
 
     def controls(self, speed: float, wanted: float, yaw_rate: float) -> tuple[float, float, float]:
         """What ``Vehicle.drive`` takes: throttle, brake and steer.

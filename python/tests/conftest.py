@@ -30,12 +30,25 @@ ROAD = """(
 """
 
 
+#: Whether tests fail that lack what they need, which are skipped otherwise.
+STRICT = os.environ.get("RELIEF_STRICT", "0") != "0"
+
+
 def needed(package):
-    """A package that some tests need. Where it is missing they are skipped; in strict mode (``RELIEF_STRICT``) they
-    fail."""
-    if os.environ.get("RELIEF_STRICT", "0") != "0":
+    """A package that some tests need. Where it is missing they are skipped; in strict mode they fail."""
+    if STRICT:
         return importlib.import_module(package)
     return pytest.importorskip(package)
+
+
+@pytest.fixture(scope="session")
+def program():
+    """The program ``relief``: RELIEF, or the one that was built last."""
+    built = [ROOT / "target" / kind / "relief" for kind in ("debug", "release")]
+    found = [pathlib.Path(os.environ["RELIEF"])] if "RELIEF" in os.environ else [own for own in built if own.exists()]
+    if not found:
+        (pytest.fail if STRICT else pytest.skip)("skipped: no program; cargo build")
+    return str(max(found, key=lambda path: path.stat().st_mtime))
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import re
 import pytest
 
 import relief
-from conftest import ROOT
+from conftest import ROOT, needed
 
 #: Pages for users of other programs. What is fenced as "py" there is theirs, and not run.
 GUIDES = ["from_carla", "from_mujoco", "from_isaac_lab"]
@@ -31,6 +31,32 @@ def test_the_page_runs_as_it_stands():
     assert count == 2
     assert names["got"]["front"].depth.shape == (96, 128)
     assert names["pictures"].color.shape == (8, 96, 128, 3)
+
+
+def test_the_policy_of_many_machines_drives():
+    needed("gymnasium")
+    from relief.envs.rollouts import Worlds
+
+    count, names = run_page("many_machines")
+    assert count == 1
+    worlds = Worlds("relief/LaneFollow-v0", 2, size=(8, 8))
+    assert len(list(worlds.episodes(names["drive"], range(3), most_steps=3))) == 3
+    worlds.close()
+
+
+def test_the_program_of_environments_runs():
+    """With fewer of them."""
+    gymnasium = needed("gymnasium")
+    import relief.envs
+
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    assert '"relief/Traffic-v0", 64,' in program
+    names = {"gymnasium": gymnasium, "relief": relief}
+    exec(program.replace("64,", "2,"), names)
+    assert names["observation"]["camera"].shape == (2, 84, 84, 3)
+    for name in ("env", "envs"):
+        names[name].close()
 
 
 @pytest.mark.parametrize("name", GUIDES)

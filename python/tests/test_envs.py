@@ -72,6 +72,9 @@ def test_what_has_ended_is_reset_by_the_next_step():
 def test_what_has_ended_is_reset_in_the_same_step():
     env = relief.make_vec("relief/LaneFollow-v0", 2, size=SIZE, autoreset_mode="SAME_STEP")
     env.reset(seed=3)
+    # Gymnasium has names of its own for modes since 1.1.
+    modes = getattr(gymnasium.vector, "AutoresetMode", None)
+    assert env.metadata["autoreset_mode"] == ("SameStep" if modes is None else modes.SAME_STEP)
     _, (observation, _, terminated, _, infos) = until_one_ends(env)
     assert terminated.tolist() == [True, False]
     assert infos["_final_obs"].tolist() == [True, False]
@@ -120,6 +123,20 @@ def test_no_array_is_given_twice():
     env.close()
 
 
+def test_what_is_rendered_is_what_was_seen():
+    env = DrivingEnv("relief/LaneFollow-v0", render_mode="rgb_array", size=SIZE)
+    assert env.render() is None
+    observation, _ = env.reset(seed=1)
+    first, second = env.render(), env.render()
+    assert np.array_equal(first, observation)
+    assert not np.shares_memory(first, observation) and not np.shares_memory(first, second)
+    env.close()
+    silent = DrivingEnv("relief/LaneFollow-v0", size=SIZE)
+    silent.reset(seed=1)
+    assert silent.render() is None
+    silent.close()
+
+
 def test_depths_of_a_byte_are_even_steps_of_the_logarithm():
     near, far = 0.5, 100.0
     metres = near * (far / near) ** (np.arange(254) / 253)
@@ -130,8 +147,9 @@ def test_depths_of_a_byte_are_even_steps_of_the_logarithm():
 def test_what_is_wrong_is_said():
     with pytest.raises(ValueError, match="unknown environment 'relief/Lane'; expected one of: relief/LaneFollow-v0"):
         relief.make_vec("relief/Lane", 2)
-    with pytest.raises(ValueError, match="num_envs: expected at least 1, found 0"):
-        relief.make_vec("relief/Traffic-v0", 0)
+    for count in (0, -1, 2.5, "2", True, None):
+        with pytest.raises(ValueError, match=f"num_envs: expected a whole number from 1, found {count!r}"):
+            relief.make_vec("relief/Traffic-v0", count)
     with pytest.raises(ValueError, match="autoreset_mode: expected one of NextStep, SameStep, Disabled, found 'never'"):
         relief.make_vec("relief/Traffic-v0", 1, autoreset_mode="never")
     with pytest.raises(ValueError, match="expected no options beside a task"):
@@ -148,6 +166,48 @@ def test_what_is_wrong_is_said():
     assert np.isfinite(env.step(np.zeros((2, 2), np.float32))[1]).all()
     with pytest.raises(ValueError, match="size: expected 1 to 4096 pixels along each side"):
         LaneFollow(size=(0, 36))
-    with pytest.raises(ValueError, match="seed: expected 2 seeds, found 1"):
-        env.reset(seed=[1])
+    env.close()
+
+
+def test_resets_that_are_refused_begin_nothing():
+    env = relief.make_vec("relief/LaneFollow-v0", 2, size=(4, 4))
+    with pytest.raises(ValueError, match="reset_mask: expected a reset of all environments first"):
+        env.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros((2, 2), np.float32))
+    env.reset(seed=0)
+    for _ in range(2):
+        env.step(np.zeros((2, 2), np.float32))
+    for seed, message in [
+        ([1], r"a whole number, or 2 of them, found \[1\]"),
+        ("a", "a whole number, or 2 of them, found 'a'"),
+        ([1, -1], "whole numbers from 0, found -1"),
+        ([1, 0.5], "whole numbers from 0, found 0.5"),
+        (-1, "whole numbers from 0, found -1"),
+    ]:
+        with pytest.raises(ValueError, match=f"seed: expected {message}"):
+            env.reset(seed=seed)
+    # Indices are no mask.
+    for mask in ([0, 1], [True], True):
+        with pytest.raises(ValueError, match="reset_mask: expected 2 booleans, found"):
+            env.reset(options={"reset_mask": mask})
+    with pytest.raises(ValueError, match="options: expected no other than reset_mask, found 'mask'"):
+        env.reset(options={"mask": np.array([True, False])})
+    assert [sim.steps for sim in env.sims] == [12, 12]
+    env.close()
+
+
+def test_what_was_refused_can_be_closed():
+    """As versions of Gymnasium do by themselves, where it is deleted."""
+    env = DrivingVectorEnv.__new__(DrivingVectorEnv)
+    with pytest.raises(ValueError):
+        env.__init__("relief/LaneFollow-v0", 0)
+    env.close()
+
+
+def test_seeds_of_any_kind_of_whole_numbers_are_the_same():
+    env = relief.make_vec("relief/LaneFollow-v0", 2, size=(4, 4))
+    expected, hashes = env.reset(seed=3)[0], [sim.hash() for sim in env.sims]
+    for seed in (np.int64(3), [3, 4], (3, 4), range(3, 5), np.array([3, 4])):
+        assert np.array_equal(env.reset(seed=seed)[0], expected) and [sim.hash() for sim in env.sims] == hashes
     env.close()

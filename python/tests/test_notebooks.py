@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from conftest import ROOT, needed
@@ -66,6 +67,18 @@ def test_the_notebook_is_valid_and_has_no_outputs(name):
         # Each line but the last ends in a line break, as editors write them.
         assert all(line.endswith("\n") for line in cell["source"][:-1]) and not cell["source"][-1].endswith("\n")
         assert all(len(line) <= 121 for line in cell["source"]), "lines of at most 120 characters"
+
+
+def test_depths_beyond_the_farthest_are_dark(monkeypatch):
+    needed("PIL")
+    monkeypatch.syspath_prepend(FOLDER)
+    import pictures
+
+    dark, near = (30, 10, 50), (253, 231, 37)
+    for depth in (np.inf, 60.0, 100.0):
+        assert pictures.of_depth(np.full((1, 2), depth), far=60).getpixel((0, 0)) == dark
+    picture = pictures.of_depth(np.array([[2.0, np.inf]]), far=60)
+    assert [picture.getpixel((u, 0)) for u in (0, 1)] == [near, dark]
 
 
 def test_notebooks_lead_on():

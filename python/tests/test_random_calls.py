@@ -6,7 +6,7 @@ import random
 
 import relief
 
-CALLS = int(os.environ.get("RELIEF_RANDOM_CALLS", "10000"))
+CALLS = int(os.environ.get("RELIEF_RANDOM_CALLS", "100000"))
 FINE = (relief.Error, ValueError, TypeError, KeyError, AttributeError, OverflowError, IndexError)
 
 

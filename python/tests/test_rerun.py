@@ -1,9 +1,12 @@
-"""Boxes of a log, as rerun gets them of its messages."""
+"""Boxes of a log, as rerun gets them of its messages, and what its command line refuses."""
 
+import sys
 import types
 
 import numpy as np
+import pytest
 
+from relief import rerun
 from relief.rerun import boxes_in_picture, boxes_in_space
 
 
@@ -45,3 +48,70 @@ def test_space_has_places_sizes_and_turns():
 def test_nothing_seen_is_no_box():
     assert boxes_in_picture("/eye/boxes", 7, made(points=[], texts=[])).edges.shape == (0, 4)
     assert boxes_in_space("/eye/objects", 7, made(entities=[])).centers.shape == (0, 3)
+
+
+@pytest.fixture
+def log(tmp_path, monkeypatch):
+    """A log without boxes, and something in the place of rerun, which writes a file."""
+
+    def save(path):
+        try:
+            open(path, "w").close()
+        except OSError as error:
+            raise RuntimeError(f"cannot create: {error}") from None
+
+    stream = made(save=save, flush=lambda: None)
+    monkeypatch.setitem(sys.modules, "rerun", made(RecordingStream=lambda name: stream))
+    monkeypatch.setitem(sys.modules, "mcap_ros2", made())
+    monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", made())
+    monkeypatch.setattr(rerun, "log", lambda recording, path: 0)
+    monkeypatch.setattr(rerun, "boxes_of", lambda path: iter(open(path)))
+    path = tmp_path / "sensors.mcap"
+    path.write_text("a log")
+    return path
+
+
+def test_a_log_is_not_written_over(log, capsys):
+    assert rerun.main([str(log), "-o", str(log.parent / "." / "sensors.mcap")]) == 2
+    assert "sensors.mcap: expected another file than the log" in capsys.readouterr().err
+    assert log.read_text() == "a log"
+    assert rerun.main([str(log), "-o", str(log.parent / "run.rrd")]) == 0
+
+
+@pytest.mark.parametrize(
+    "error, said",
+    [(ValueError("crc validation failed"), "crc validation failed"), (KeyError(7), "7"), (EOFError(), "truncated")],
+)
+def test_a_broken_log_is_one_line(log, capsys, monkeypatch, error, said):
+    def boxes_of(path):
+        raise error
+        yield
+
+    monkeypatch.setattr(rerun, "boxes_of", boxes_of)
+    assert rerun.main([str(log), "-o", str(log.parent / "run.rrd")]) == 2
+    assert capsys.readouterr().err == f"error: {log}: cannot be read: {said}\n"
+    assert not (log.parent / "run.rrd").exists()
+
+
+def test_files_that_are_not_there_are_named(log, capsys):
+    assert rerun.main([str(log.parent / "no.mcap"), "-o", str(log.parent / "run.rrd")]) == 2
+    assert capsys.readouterr().err == f"error: {log.parent / 'no.mcap'}: No such file or directory\n"
+    assert rerun.main([str(log), "-o", str(log.parent / "no" / "run.rrd")]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {log.parent / 'no' / 'run.rrd'}: ")
+
+
+def test_a_byte_that_has_changed_is_found(tmp_path):
+    writer = pytest.importorskip("mcap.writer", reason="skipped: no mcap")
+    pytest.importorskip("mcap_ros2", reason="skipped: no mcap_ros2")
+    path = tmp_path / "sensors.mcap"
+    with open(path, "wb") as file:
+        log = writer.Writer(file, compression=writer.CompressionType.NONE)
+        log.start("ros2")
+        schema = log.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        channel = log.register_channel("/said", "cdr", schema)
+        log.add_message(channel, 0, b"\0\1\0\0\6\0\0\0hello\0", 0)
+        log.finish()
+    assert list(rerun.boxes_of(path)) == []
+    path.write_bytes(path.read_bytes().replace(b"hello", b"hallo"))
+    with pytest.raises(ValueError, match="crc"):
+        list(rerun.boxes_of(path))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import relief
+from conftest import ROOT
 
 # Not `conftest.needed`: the packages are 250 MB, and CI does not have them, in strict mode either.
 rclpy = pytest.importorskip("rclpy", reason="skipped: no rclpy")
@@ -142,6 +143,7 @@ def test_every_array_is_that_of_the_capture(world, peer):
     info = got[of + "camera_info"]
     assert (info.width, info.height, info.distortion_model, tuple(info.d)) == (48, 32, "plumb_bob", DISTORTION)
     np.testing.assert_array_equal(info.k.reshape(3, 3), front.K)
+    np.testing.assert_array_equal(info.r.reshape(3, 3), np.eye(3))
     np.testing.assert_array_equal(info.p.reshape(3, 4), np.hstack([front.K, np.zeros((3, 1))]))
 
     top, cloud = capture["ego/top"], got["/ego/top/points"]
@@ -153,6 +155,7 @@ def test_every_array_is_that_of_the_capture(world, peer):
     form = [("xyz", "f4", 3), ("intensity", "f4"), ("ring", "u2"), ("time", "f4"), ("instance", "u4"), ("class", "u1")]
     points, hit = np.frombuffer(cloud.data, form), top.hit == 1
     assert 0 < len(points) < len(hit) and (cloud.width, cloud.height, cloud.point_step) == (len(points), 1, 27)
+    assert (cloud.row_step, cloud.is_dense, cloud.is_bigendian) == (27 * len(points), True, sys.byteorder == "big")
     for name in ("xyz", "intensity", "ring", "time", "instance", "class"):
         np.testing.assert_array_equal(points[name], top[name][hit])
 
@@ -184,10 +187,8 @@ def test_a_velocity_drives_the_car(world, peer):
         assert bridge.step(30) == 30 and ego.speed == 0.0
         publisher = peer.node.create_publisher(Twist, "/ego/cmd_vel", 1)
         peer.until(publisher.get_subscription_count)
-        velocity = Twist()
-        velocity.linear.x, velocity.angular.z = 4.0, 0.3
         # It has come when a step has moved the car.
-        peer.until(lambda: ego.speed > 0.0, lambda: (publisher.publish(velocity), bridge.step()))
+        peer.until(lambda: ego.speed > 0.0, lambda: (publisher.publish(velocity(4.0, 0.3)), bridge.step()))
         bridge.step(500)
         assert ego.speed == pytest.approx(4.0, abs=1e-4)
         before = ego.yaw
@@ -253,6 +254,64 @@ def test_tf_has_all_that_are_due(world, monkeypatch):
     assert {place.header.frame_id for places in got for place in places} == {"world"}
 
 
+@pytest.fixture
+def published(monkeypatch):
+    """What bridges publish, by topic, without the way to another node."""
+    got = {}
+    monkeypatch.setattr(Bridge, "_publisher", lambda self, kind, topic, quality: got.setdefault(topic, []).append)
+    return got
+
+
+def test_each_sensor_has_its_topics_and_each_lens_its_model(tmp_path, published):
+    scene = tmp_path / "earth.ron"
+    scene.write_text("(geo_origin: (latitude_degrees: 48.137, longitude_degrees: 11.575, altitude: 519))")
+    sim = relief.Sim(scene)
+    k = (9.0, 9.0, 4.0, 3.0)
+    sim.add_camera("plain", size=(8, 6), K=k)
+    sim.add_camera("bent", size=(8, 6), K=k, distortion=(0.1, 0.02, 0.001, -0.002, 0.003, 0.04))
+    sim.add_camera("round", size=(8, 6), K=k, fisheye=(0.1, 0.02))
+    sim.add_camera("parallel", size=(8, 6), half_height=2.0)
+    sim.add_gnss("mast", at=(0.0, 0.0, 0.0))
+    sim.add_imu("unit")
+    with Bridge(sim) as bridge:
+        # Of the first step, before an IMU measures.
+        bridge.publish()
+    infos = {name: published[f"/{name}/camera_info"][0] for name in ("plain", "bent", "round")}
+    assert {name: (info.distortion_model, list(info.d)) for name, info in infos.items()} == {
+        "plain": ("plumb_bob", [0.0] * 5),
+        "bent": ("rational_polynomial", [0.1, 0.02, 0.001, -0.002, 0.003, 0.04, 0.0, 0.0]),
+        "round": ("equidistant", [0.1, 0.02, 0.0, 0.0]),
+    }
+    assert "/parallel/camera_info" not in published and len(published["/parallel/image_raw"]) == 1
+    assert len(published["/mast/fix"]) == 1 and "/unit/imu" not in published
+
+
+def velocity(speed, yaw_rate):
+    message = Twist()
+    message.linear.x, message.angular.z = speed, yaw_rate
+    return message
+
+
+def test_each_vehicle_follows_by_its_controller(field, published):
+    car = field.spawn_vehicle("car", at=(0, 0, 0), name="car", by_hand=True)
+    van = field.spawn_vehicle("van", at=(9, 0, 0), name="van", by_hand=True)
+    slow = VelocityController(gain=0.5, wheelbase=3.7)
+    with Bridge(field, controllers={"van": slow}) as bridge:
+        for name in ("car", "van"):
+            bridge._receiver(name)(velocity(1.0, 0.2))
+            # Those that are no numbers are left out.
+            bridge._receiver(name)(velocity(float("nan"), 0.2))
+        bridge.step()
+        own = VelocityController.of_type(field.vehicle_type("car"))
+        for vehicle, controller in ((car, own), (van, slow)):
+            asked = vehicle.controls
+            # Single precision of what vehicles are asked for.
+            expected = pytest.approx(controller.controls(0.0, 1.0, 0.2), rel=1e-6)
+            assert (asked["throttle"], asked["brake"], asked["steer"]) == expected
+        van.despawn()
+        assert bridge.step() == 2
+
+
 def test_a_fix_is_that_of_the_receiver(tmp_path):
     scene = tmp_path / "earth.ron"
     scene.write_text("(geo_origin: (latitude_degrees: 48.137, longitude_degrees: 11.575, altitude: 519))")
@@ -282,24 +341,14 @@ def test_an_imu_tells_its_noise(field):
     np.testing.assert_allclose(imu.angular_velocity_covariance, np.diag([3.75] * 3).ravel())
 
 
-@pytest.mark.parametrize(
-    ("lens", "model", "count"),
-    [
-        ({}, "plumb_bob", 5),
-        ({"distortion": (-0.01, 0.002, 0.001, -0.003, 0.004)}, "plumb_bob", 5),
-        ({"distortion": (0.1, 0, 0, 0, 0, 0.02)}, "rational_polynomial", 8),
-        ({"fisheye": (0.01, 0.02)}, "equidistant", 4),
-    ],
-)
-def test_camera_info_has_the_lens(field, lens, model, count):
-    camera = field.add_camera("eye", size=(8, 8), K=(9, 9, 3.5, 3.5), **lens)
-    field.step()
-    info = messages.camera_info(messages.header(0, "eye"), field.capture()["eye"])
-    assert info.distortion_model == camera.distortion_model == model
-    given = next(iter(lens.values()), ())
-    expected = [*given, *[0.0] * (count - len(given))]
-    np.testing.assert_array_equal(info.d, expected)
-    np.testing.assert_array_equal(camera.D, expected)
+def test_the_page_runs_as_it_stands():
+    """For a fraction of the time."""
+    page = (ROOT / "docs" / "ros2.md").read_text(encoding="utf-8")
+    program = page.split("```text\n")[1].split("```")[0]
+    assert "bridge.step(600)" in program
+    names = {}
+    exec(program.replace("bridge.step(600)", "bridge.step(12)"), names)
+    assert names["sim"].steps == 12
 
 
 def test_names():
@@ -318,3 +367,22 @@ def test_names():
     sim.add_camera("a_b", size=(8, 6), at=(0, 1, 0))
     with Bridge(sim) as bridge, pytest.raises(ValueError, match='its name in ROS, "a_b", is that of sensor "a'):
         bridge.step()
+
+
+def test_two_vehicles_of_one_name_are_refused(field):
+    for x in (0, 9):
+        field.spawn_vehicle("car", at=(x, 0, 0), name="ego", by_hand=True)
+    with pytest.raises(ValueError, match='its topic, /ego/cmd_vel, is that of vehicle "ego"'):
+        Bridge(field)
+
+
+def test_what_is_closed_takes_no_steps(field):
+    bridge = Bridge(field)
+    with pytest.raises(ValueError, match="n: expected at least 0 steps, found -1"):
+        bridge.step(-1)
+    bridge.close()
+    bridge.close()
+    for call in (bridge.step, bridge.publish, bridge.spin):
+        with pytest.raises(RuntimeError, match="the bridge is closed"):
+            call()
+    assert field.steps == 0

@@ -47,6 +47,7 @@ def test_all_at_once_are_what_single_ones_are(id):
     for env in (single, many):
         env.seed(5)
     assert_same(many.reset(), single.reset(), ("reset",))
+    assert many.reset_infos == single.reset_infos
     random, ends = np.random.default_rng(0), 0
     steer = random.uniform(-0.6, 0.6, COUNT)
     for step in range(60):

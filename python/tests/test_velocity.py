@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from relief.velocity import VelocityController
@@ -47,6 +48,25 @@ def test_a_car_stops_and_stays_and_turns_back(field):
     assert CAR.controls(0.0, -1.0, 0.0)[0] == pytest.approx(-2.0 / 3.2)
 
 
+@pytest.mark.parametrize(
+    "speed, wanted, throttle, brake",
+    [
+        # 2/s of what is missing, of 3.2 m/s² of throttle or 8.5 m/s² of brake.
+        (1.0, 2.0, 2.0 / 3.2, 0.0),
+        (2.0, 1.0, 0.0, 2.0 / 8.5),
+        (-2.0, -1.0, 0.0, 2.0 / 8.5),
+        # The other way: first to a stand, then on.
+        (0.5, -0.5, 0.0, 2.0 / 8.5),
+        (0.1, -0.5, -1.2 / 3.2, 0.0),
+        # What stands is held.
+        (0.0, 0.0, 0.0, 0.1),
+        (1.7, 0.0, 0.0, 0.4),
+    ],
+)
+def test_pedals_are_shares_of_what_is_missing(speed, wanted, throttle, brake):
+    assert CAR.controls(speed, wanted, 0.0)[:2] == pytest.approx((throttle, brake), rel=1e-12)
+
+
 def test_steering_is_a_part_of_what_tyres_hold():
     # A circle of 7 m/s² sideways is the whole of it, whatever the speed.
     assert CAR.controls(20.0, 20.0, 7.0 / 20.0)[2] == pytest.approx(1.0)
@@ -60,5 +80,10 @@ def test_steering_is_a_part_of_what_tyres_hold():
 def test_what_is_no_number_is_refused():
     with pytest.raises(ValueError, match="wheelbase: expected a number above 0, found 0"):
         VelocityController(wheelbase=0)
+    VelocityController(gain=np.float32(2.0))
+    with pytest.raises(ValueError, match="gain: expected a number above 0, found 'much'"):
+        VelocityController(gain="much")
+    with pytest.raises(ValueError, match="steering_degrees: expected less than 90, found 400"):
+        VelocityController(steering_degrees=400)
     with pytest.raises(ValueError, match="velocity: expected finite numbers"):
         CAR.controls(0.0, math.nan, 0.0)

@@ -7,8 +7,8 @@
 (84, 84, 3)
 >>> env.close()
 
-``relief.make_vec`` makes many of one kind, whose worlds are stepped on all threads and drawn in one submission. Those of
-``gymnasium.make_vec`` are the same where its mode is left to this package.
+``relief.make_vec`` makes many of one kind, whose worlds are stepped on all threads and drawn in one submission. Those
+of ``gymnasium.make_vec`` are the same where its mode is left to this package.
 """
 
 from __future__ import annotations

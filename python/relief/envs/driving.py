@@ -7,6 +7,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+import relief
+
 from .tasks import CAMERA, FRAME_STEPS, Episode, Task, check_actions, task_of
 
 
@@ -19,7 +21,9 @@ class DrivingEnv(gymnasium.Env):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 60 // FRAME_STEPS}
 
-    def __init__(self, task: str | Task = "relief/LaneFollow-v0", *, render_mode: str | None = None, **options) -> None:
+    def __init__(
+        self, task: str | Task = "relief/LaneFollow-v0", *, render_mode: str | None = None, **options: Any
+    ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: expected None or 'rgb_array', found {render_mode!r}")
         self.render_mode = render_mode
@@ -31,31 +35,31 @@ class DrivingEnv(gymnasium.Env):
         self._picture: np.ndarray | None = None
 
     @property
-    def sim(self):
+    def sim(self) -> relief.Sim:
         """The world."""
         return self._sim
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begins an episode. The same seed, the same episode."""
         super().reset(seed=seed)
         self._episode = self.task.begin(self._sim, self.np_random)
-        return self._look(self._sim.capture())
+        return self._look(self._episode, self._sim.capture()), {}
 
-    def step(self, action):
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Drives for a tenth of a second."""
         if self._episode is None:
             raise gymnasium.error.ResetNeeded("expected reset() before step()")
         self.task.act(self._episode, check_actions(action, (2,)))
         self._sim.step(FRAME_STEPS)
         capture = self._sim.capture()
-        observation, _ = self._look(capture)
+        observation = self._look(self._episode, capture)
         outcome = self.task.outcome(self._episode, capture)
         return observation, outcome.reward, outcome.terminated, outcome.truncated, outcome.info
 
-    def _look(self, capture):
+    def _look(self, episode: Episode, capture: relief.Capture) -> Any:
         if self.render_mode is not None:
             self._picture = capture[f"ego/{CAMERA}"].color
-        return self.task.observe(self._episode, capture), {}
+        return self.task.observe(episode, capture)
 
     def render(self) -> np.ndarray | None:
         """What the camera saw last: uint8 (H, W, 3); ``None`` without a render mode."""

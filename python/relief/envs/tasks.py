@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -48,7 +49,7 @@ class Outcome:
     reward: float
     terminated: bool
     truncated: bool
-    info: dict
+    info: dict[str, float]
 
 
 def check_actions(actions: object, shape: tuple[int, ...]) -> np.ndarray:
@@ -107,12 +108,12 @@ class Task:
         """The world that all others are made from."""
         return relief.Sim(relief.assets() / self.scene)
 
-    def observation_space(self) -> spaces.Space:
+    def observation_space(self) -> spaces.Space[Any]:
         """Of one environment."""
         width, height = self.size
         return spaces.Box(0, 255, (height, width, 3), np.uint8)
 
-    def action_space(self) -> spaces.Space:
+    def action_space(self) -> spaces.Space[Any]:
         """Of one environment."""
         return spaces.Box(-1.0, 1.0, (2,), np.float32)
 
@@ -203,7 +204,7 @@ class Traffic(Task):
     outputs = ("color", "depth")
     all_lanes = True
 
-    def observation_space(self) -> spaces.Space:
+    def observation_space(self) -> spaces.Space[Any]:
         width, height = self.size
         return spaces.Dict(
             {
@@ -246,7 +247,7 @@ TASKS: dict[str, type[Task]] = {
 }
 
 
-def task_of(task: str | Task, **options) -> Task:
+def task_of(task: str | Task, **options: Any) -> Task:
     """A task by the id of its environment. Raises ValueError."""
     if isinstance(task, Task):
         if options:

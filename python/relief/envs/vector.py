@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -27,7 +28,9 @@ def _mode(mode: Any) -> str:
     return found
 
 
-def make_vec(task: str | Task, num_envs: int = 1, *, autoreset_mode: Any = "NextStep", **options) -> DrivingVectorEnv:
+def make_vec(
+    task: str | Task, num_envs: int = 1, *, autoreset_mode: Any = "NextStep", **options: Any
+) -> DrivingVectorEnv:
     """Environments of a task, such as ``relief.make_vec("relief/LaneFollow-v0", 64)``. ``options``: of the task."""
     return DrivingVectorEnv(task, num_envs=num_envs, autoreset_mode=autoreset_mode, **options)
 
@@ -43,13 +46,15 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         *,
         autoreset_mode: Any = "NextStep",
         render_mode: None = None,
-        **options,
+        **options: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs: expected at least 1, found {num_envs}")
+        # Gymnasium closes what is deleted, also where nothing came of it.
+        self._sims: list[relief.Sim] = []
+        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ValueError(f"num_envs: expected a whole number from 1, found {num_envs!r}")
         if render_mode is not None:
             raise ValueError(f"render_mode: expected None, found {render_mode!r}: observations are pictures")
-        self.num_envs = num_envs
+        self.num_envs = num_envs = int(num_envs)
         self.render_mode = None
         self.task = task_of(task, **options)
         self.mode = _mode(autoreset_mode)
@@ -71,25 +76,41 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         """The worlds."""
         return list(self._sims)
 
-    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None):
-        """Begins episodes: in all environments, or, as ``options={"reset_mask": …}`` says, in some."""
-        if isinstance(seed, (list, tuple)):
-            seeds: list[int | None] = list(seed)
-        else:
-            seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"seed: expected {self.num_envs} seeds, found {len(seeds)}")
-        mask = (options or {}).get("reset_mask")
-        which = np.ones(self.num_envs, dtype=bool) if mask is None else np.asarray(mask, dtype=bool)
-        if which.shape != (self.num_envs,):
-            raise ValueError(f"reset_mask: expected {self.num_envs} values, found shape {which.shape}")
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begins episodes: in all environments, or, as ``options={"reset_mask": …}`` says, in some. ``seed``: of the
+        first environment, those of the others count on from it; or one for each. Raises ValueError."""
+        seeds, which = self._seeds(seed), self._mask(options or {})
+        if not all(begins or i in self._episodes for i, begins in enumerate(which)):
+            raise ValueError("reset_mask: expected a reset of all environments first")
         for i in np.flatnonzero(which).tolist():
             self._begin(i, seeds[i])
-        if len(self._episodes) < self.num_envs:
-            raise ValueError("reset_mask: expected a reset of all environments first")
         self._ended &= ~which
         captures = relief.capture_due(self._sims)
         return self._observations(captures), {}
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        whole = (int, np.integer)
+        if seed is None or isinstance(seed, whole):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        elif isinstance(seed, (list, tuple, range, np.ndarray)) and len(seed) == self.num_envs:
+            seeds = [int(own) if isinstance(own, whole) else own for own in seed]
+        else:
+            raise ValueError(f"seed: expected a whole number, or {self.num_envs} of them, found {seed!r}")
+        for own in seeds:
+            if own is not None and (not isinstance(own, int) or own < 0):
+                raise ValueError(f"seed: expected whole numbers from 0, found {own!r}")
+        return seeds
+
+    def _mask(self, options: dict[str, Any]) -> np.ndarray:
+        for name in options:
+            if name != "reset_mask":
+                raise ValueError(f"options: expected no other than reset_mask, found {name!r}")
+        mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
+        if mask.shape != (self.num_envs,) or mask.dtype != bool:
+            raise ValueError(f"reset_mask: expected {self.num_envs} booleans, found {mask.dtype} of shape {mask.shape}")
+        return mask
 
     def _begin(self, i: int, seed: int | None = None) -> None:
         if seed is not None or i not in self._random:
@@ -133,7 +154,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
             captures = self._begin_ended(captures, infos)
         return self._observations(captures), rewards, terminated, truncated, infos
 
-    def _begin_ended(self, captures: list, infos: dict[str, Any]) -> list:
+    def _begin_ended(self, captures: list[relief.Capture], infos: dict[str, Any]) -> list[relief.Capture]:
         """Begins the episodes of environments whose last has ended. Their last observations are in `infos`."""
         final = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(self._ended).tolist():
@@ -145,7 +166,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         self._ended[:] = False
         return [begun.get(i, capture) for i, capture in enumerate(captures)]
 
-    def _observations(self, captures: list) -> Any:
+    def _observations(self, captures: list[relief.Capture]) -> Any:
         """Of all environments, in arrays that nothing else has."""
         each: list[Any] = [self.task.observe(self._episodes[i], capture) for i, capture in enumerate(captures)]
         if isinstance(self.single_observation_space, gymnasium.spaces.Dict):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -37,7 +37,7 @@ class Bridge:
 
     Topics, frames and encodings are those of the log (docs/ros2.md). Time is the simulation's; nothing waits for
     anything. Velocities come in on ``/NAME/cmd_vel`` for each vehicle that is under manual control now. One counts
-    until the next; before the first, the vehicle is left alone.
+    until the next; before the first, the vehicle is left alone. Vehicles that come to be later need another bridge.
 
     Args:
         sim: the world.
@@ -56,7 +56,9 @@ class Bridge:
         controllers: Mapping[str, VelocityController] | None = None,
     ) -> None:
         self.sim = sim
-        vehicles = {vehicle.name: vehicle for vehicle in sim.vehicles if vehicle.by_hand}
+        driven = [vehicle for vehicle in sim.vehicles if vehicle.by_hand]
+        topics = _distinct_topics([vehicle.name for vehicle in driven])
+        vehicles = {vehicle.name: vehicle for vehicle in driven}
         controllers = controllers or {}
         for name in controllers:
             if name not in vehicles:
@@ -64,11 +66,10 @@ class Bridge:
         self._frames: dict[str, str] = {messages.WORLD: ""}
         self._publishers: dict[str, Any] = {}
         self._wanted: dict[str, tuple[float, float]] = {}
-        of_type = lambda vehicle: VelocityController.of_type(sim.vehicle_type(vehicle.type_))
         self._driven = {
-            name: (vehicle, controllers.get(name) or of_type(vehicle)) for name, vehicle in vehicles.items()
+            name: (vehicle, controllers.get(name) or VelocityController.of_type(sim.vehicle_type(vehicle.type_)))
+            for name, vehicle in vehicles.items()
         }
-        topics = _distinct_topics(vehicles)
 
         # A context of its own: what else a program does with rclpy is not touched.
         self._context = Context()
@@ -83,7 +84,10 @@ class Bridge:
 
     def step(self, n: int = 1) -> int:
         """Takes steps of the clock. Before each, velocities that came are taken in; after each, sensors that are due
-        are captured and published, and the clock. Returns the number of the last step."""
+        are captured and published, and the clock. Returns the number of the last step. Raises ValueError; RuntimeError
+        once it is closed."""
+        if n < 0:
+            raise ValueError(f"n: expected at least 0 steps, found {n}")
         for _ in range(n):
             self.spin()
             for name, (wanted, yaw_rate) in self._wanted.items():
@@ -97,7 +101,8 @@ class Bridge:
 
     def publish(self) -> None:
         """Publishes the clock and what sensors measured that are due now: for a world that something else steps, and
-        for sensors that are due before the first step."""
+        for sensors that are due before the first step. Raises ValueError; RuntimeError once it is closed."""
+        self._check_open()
         capture = self.sim.capture()
         stamp = capture.nanoseconds
         self._publish_clock(messages.clock(stamp))
@@ -111,7 +116,8 @@ class Bridge:
             self._publisher(TFMessage, "/tf", _RELIABLE)(TFMessage(transforms=places))
 
     def spin(self) -> None:
-        """Takes in velocities that have come; does not wait for any."""
+        """Takes in velocities that have come; does not wait for any. Raises RuntimeError once it is closed."""
+        self._check_open()
         for _ in self._driven:
             self._executor.spin_once(timeout_sec=0.0)
 
@@ -129,6 +135,10 @@ class Bridge:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _check_open(self) -> None:
+        if not self._context.ok():
+            raise RuntimeError("the bridge is closed")
 
     def _publish_reading(self, frame: str, stamp: int, reading: Any) -> None:
         of = messages.header(stamp, frame)
@@ -178,10 +188,10 @@ class Bridge:
         return receive
 
 
-def _distinct_topics(vehicles: Mapping[str, Vehicle]) -> dict[str, str]:
+def _distinct_topics(names: Sequence[str]) -> dict[str, str]:
     """The topic on which each vehicle's velocities come in."""
     topics: dict[str, str] = {}
-    for name in vehicles:
+    for name in names:
         topic = f"/{messages.frame_name(name)}/cmd_vel"
         for other, taken in topics.items():
             if taken == topic:
