@@ -18,7 +18,7 @@ from stable_baselines3.common import vec_env
 from .envs import Task, make_vec
 
 
-class VecEnv(vec_env.VecEnv):  # type: ignore[misc, unused-ignore]
+class VecEnv(vec_env.VecEnv):
     """What ``DummyVecEnv`` of as many single environments gives, bit for bit, with all cameras in one submission.
 
     ``task``: an id of `relief.envs.TASKS`, or a task. ``options``: of the task. `VecMonitor` of Stable-Baselines3

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
+from typing import Any
 
 from ._relief import Vehicle
 
@@ -17,7 +19,7 @@ _STANDING = 0.2
 @dataclass(frozen=True)
 class VelocityController:
     """Pedals and steering from a speed and a yaw rate. The numbers are those of the vehicle's type; by default those of
-    ``"car"``.
+    ``"car"``; `of_type` takes those of any.
 
     The speed: a = ``gain`` · (wanted − speed), as throttle a / ``acceleration`` or brake a / ``braking``. Without air
     drag (all vehicles that are not physical) nothing of the difference remains.
@@ -37,6 +39,17 @@ class VelocityController:
     """m/s² of the whole brake."""
     gain: float = 2.0
     """1/s: how much acceleration is asked for, for each m/s that is missing."""
+
+    @classmethod
+    def of_type(cls, limits: Mapping[str, Any], gain: float = 2.0) -> VelocityController:
+        """That of vehicles of a type: ``VelocityController.of_type(sim.vehicle_type("truck"))``."""
+        return cls(
+            wheelbase=limits["wheelbase"],
+            steering_degrees=math.degrees(limits["steering"]),
+            acceleration=limits["acceleration"],
+            braking=limits["braking"],
+            gain=gain,
+        )
 
     def __post_init__(self) -> None:
         for field in fields(self):

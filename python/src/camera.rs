@@ -1,15 +1,16 @@
 //! What cameras give: one of one world, or the same camera of several.
 
+use crate::arguments::required;
 use crate::capture::{Arrays, Common};
-use crate::sensor::camera_matrix;
+use crate::sensor::{camera_matrix, coefficients, model};
 use numpy::ndarray::ArrayD;
-use numpy::{Element, IntoPyArray, PyArray2};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use relief::sensors::{CameraCapture as Captured, boxes_as_npy};
 use relief::systems::draw::Intrinsics;
-use relief::systems::sensors::CameraOutput;
+use relief::systems::sensors::{CameraOutput, Lens};
 
 /// What a camera captured. Arrays have rows from the top, axes X right, Y down, Z forward; pixel (u, v) has its middle
 /// at integers. An output that the camera was not asked for raises AttributeError.
@@ -17,6 +18,7 @@ use relief::systems::sensors::CameraOutput;
 pub struct CameraCapture {
     common: Common,
     intrinsics: Option<Intrinsics>,
+    lens: Lens,
     #[pyo3(get)]
     /// Width and height, pixels.
     size: (u32, u32),
@@ -129,9 +131,9 @@ fn arrays(py: Python<'_>, captures: Vec<Captured>, lead: &[usize]) -> PyResult<A
 
 impl CameraCapture {
     pub fn new(py: Python<'_>, captured: Captured, common: Common) -> PyResult<Self> {
-        let Captured { width, height, intrinsics, exposure, .. } = captured;
+        let Captured { width, height, intrinsics, lens, exposure, .. } = captured;
         let arrays = arrays(py, vec![captured], &[])?;
-        Ok(Self { common, intrinsics, size: (width, height), exposure, arrays })
+        Ok(Self { common, intrinsics, lens, size: (width, height), exposure, arrays })
     }
 }
 
@@ -174,12 +176,13 @@ macro_rules! outputs {
                 self.arrays.dict(py)
             }
 
-            fn __getitem__(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
-                output(py, &self.arrays, name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
+            fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+                let name: String = required("name", name)?;
+                output(py, &self.arrays, &name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
             }
 
-            fn __contains__(&self, name: &str) -> bool {
-                self.arrays.names().contains(&name)
+            fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+                Ok(self.arrays.names().contains(&required::<String>("name", name)?.as_str()))
             }
 
             $($own)*
@@ -211,6 +214,21 @@ outputs! { CameraCapture {
         #[allow(non_snake_case)]
         fn K<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
             self.intrinsics.as_ref().map(|intrinsics| camera_matrix(py, intrinsics))
+        }
+
+        /// How the lens bends the picture, as `Sensor.D`: OpenCV's coefficients, float64 (5,), (8,) or (4,). ``None``
+        /// where the projection is parallel.
+        #[getter]
+        #[allow(non_snake_case)]
+        fn D<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+            self.intrinsics.map(|_| coefficients(py, &self.lens))
+        }
+
+        /// "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls what `D` has. ``None`` where the projection
+        /// is parallel.
+        #[getter]
+        fn distortion_model(&self) -> Option<&'static str> {
+            self.intrinsics.map(|_| model(&self.lens))
         }
 
         /// From camera axes, X right, Y down, Z forward, to the scene's coordinates: float64 (4, 4).

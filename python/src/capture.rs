@@ -1,5 +1,6 @@
 //! What sensors measured, as objects of Python: arrays that own their memory, which is Rust's, handed over.
 
+use crate::arguments::required;
 use crate::camera::CameraCapture;
 use crate::points::LidarCapture;
 use crate::readings::{Collisions, GnssReading, ImuReading, LaneReading};
@@ -96,7 +97,8 @@ impl Capture {
         self.nanoseconds as f64 * 1e-9
     }
 
-    fn __getitem__(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
+    fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let name: &str = &required::<String>("name", name)?;
         self.find(name).map(|found| found.clone_ref(py)).ok_or_else(|| {
             let known: Vec<&str> = self.sensors.iter().map(|(name, _)| name.as_str()).collect();
             let hint = name::nearest(&known, name).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
@@ -107,8 +109,8 @@ impl Capture {
         })
     }
 
-    fn __contains__(&self, name: &str) -> bool {
-        self.find(name).is_some()
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+        Ok(self.find(&required::<String>("name", name)?).is_some())
     }
 
     fn __len__(&self) -> usize {

@@ -1,9 +1,11 @@
 //! Entities of a world, as Python holds them: a world, and a number in it.
 
+use crate::arguments::{Given, required};
 use crate::errors::{Failure, Outcome};
-use crate::light::LightEntity;
+use crate::light::{LightEntity, refuse_turned};
+use crate::mounting::{self, CameraArguments};
 use crate::portal::Portal;
-use crate::sensor::{CameraArguments, Sensor};
+use crate::sensor::Sensor;
 use crate::values::{Facing, Numbers, Placing, Point, matrix, transform_of};
 use crate::vehicle::Vehicle;
 use crate::world::{Shared, World};
@@ -134,10 +136,10 @@ impl Entity {
     }
 
     #[setter]
-    fn set_position(&self, py: Python<'_>, position: Point) -> PyResult<()> {
-        let id = self.id;
+    fn set_position(&self, py: Python<'_>, position: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (id, Point(position)) = (self.id, required("position", position)?);
         self.with(py, move |world| {
-            let translation = (position.vector() - world.origin_of(id)?).as_vec3();
+            let translation = (position - world.origin_of(id)?).as_vec3();
             world.move_to(id, |now| Ok(Transform { translation, ..now }))
         })
     }
@@ -159,10 +161,10 @@ impl Entity {
     }
 
     #[setter]
-    fn set_transform(&self, py: Python<'_>, transform: Numbers<16>) -> PyResult<()> {
-        let id = self.id;
+    fn set_transform(&self, py: Python<'_>, transform: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (id, Numbers(transform)) = (self.id, required("transform", transform)?);
         self.with(py, move |world| {
-            let mut place = transform_of(&transform.0)?;
+            let mut place = transform_of(&transform)?;
             place.translation = (place.translation.as_dvec3() - world.origin_of(id)?).as_vec3();
             world.move_to(id, |_| Ok(place))
         })
@@ -184,8 +186,8 @@ impl Entity {
     }
 
     #[setter]
-    fn set_hidden(&self, py: Python<'_>, hidden: bool) -> PyResult<()> {
-        let id = self.id;
+    fn set_hidden(&self, py: Python<'_>, hidden: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (id, hidden) = (self.id, required("hidden", hidden)?);
         self.with(py, move |world| {
             world.entity(id)?;
             world.apply(Hide { entity: id, hidden })
@@ -241,19 +243,25 @@ impl Entity {
     /// Puts it elsewhere at once: `at` in what it is mounted on, else in the scene, metres; turned by `yaw` to the
     /// left, `pitch` up and `roll` with the right side down, radians. What looks along its own −Z (cameras and lights)
     /// looks forward, along +Z, where these are 0.
-    #[pyo3(signature = (at, *, yaw=0.0, pitch=0.0, roll=0.0, look_at=None))]
+    #[pyo3(
+        signature = (at, *, yaw=None, pitch=None, roll=None, look_at=None),
+        text_signature = "($self, at, *, yaw=0.0, pitch=0.0, roll=0.0, look_at=None)"
+    )]
     fn place(
         &self,
         py: Python<'_>,
-        at: Point,
-        yaw: f64,
-        pitch: f64,
-        roll: f64,
-        look_at: Option<Point>,
+        at: &Bound<'_, PyAny>,
+        yaw: Given<'_, '_>,
+        pitch: Given<'_, '_>,
+        roll: Given<'_, '_>,
+        look_at: Given<'_, '_>,
     ) -> PyResult<()> {
-        let id = self.id;
+        required::<Point>("at", at)?;
+        let (id, placing) = (self.id, Placing::read(Some(at), [yaw, pitch, roll], look_at)?);
         self.with(py, move |world| {
-            let placing = Placing::new(Some(at), (yaw, pitch, roll), look_at)?;
+            if let Some(light) = world.component::<systems::lights::Light>(id)? {
+                refuse_turned(&light, &placing)?;
+            }
             let sensor = world.component::<systems::sensors::Sensor>(id)?;
             let is_camera = sensor.is_some_and(|own| matches!(own.kind, systems::sensors::SensorKind::Camera(_)));
             let facing = if is_camera || world.kind(id)? == Kind::Light { Facing::Backward } else { Facing::Forward };
@@ -264,38 +272,68 @@ impl Entity {
 
     /// Mounts a camera on it; see `Sim.add_camera`.
     #[pyo3(signature = (name, **arguments))]
-    fn add_camera(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+    fn add_camera(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
         CameraArguments::read(arguments)?.add(py, &self.shared, name, Some(self.id))
     }
 
     /// Mounts a lidar on it; see `Sim.add_lidar`.
     #[pyo3(signature = (name, **arguments))]
-    fn add_lidar(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
-        crate::sensor::add_lidar(py, &self.shared, name, Some(self.id), arguments)
+    fn add_lidar(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        mounting::add_lidar(py, &self.shared, name, Some(self.id), arguments)
     }
 
     /// Mounts an inertial measurement unit on it; see `Sim.add_imu`.
     #[pyo3(signature = (name, **arguments))]
-    fn add_imu(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
-        crate::sensor::add_imu(py, &self.shared, name, Some(self.id), arguments)
+    fn add_imu(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        mounting::add_imu(py, &self.shared, name, Some(self.id), arguments)
     }
 
     /// Mounts a receiver of satellite navigation on it; see `Sim.add_gnss`.
     #[pyo3(signature = (name, **arguments))]
-    fn add_gnss(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
-        crate::sensor::add_gnss(py, &self.shared, name, Some(self.id), arguments)
+    fn add_gnss(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        mounting::add_gnss(py, &self.shared, name, Some(self.id), arguments)
     }
 
     /// Has it tell what it touches; see `Collisions`.
     #[pyo3(signature = (name, **arguments))]
-    fn add_collision(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
-        crate::sensor::add_collision(py, &self.shared, name, Some(self.id), arguments)
+    fn add_collision(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        mounting::add_collision(py, &self.shared, name, Some(self.id), arguments)
     }
 
     /// Has it tell where in a lane it is; see `LaneReading`.
     #[pyo3(signature = (name, **arguments))]
-    fn add_lane(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
-        crate::sensor::add_lane(py, &self.shared, name, Some(self.id), arguments)
+    fn add_lane(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        mounting::add_lane(py, &self.shared, name, Some(self.id), arguments)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

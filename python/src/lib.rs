@@ -6,13 +6,15 @@
 //!           several worlds at once
 //! entity    what is in a world: vehicle, light, portal, sensor; roads: routes and signals
 //! capture   what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
-//! values    arguments: numbers, places
+//! mounting  sensors by their keywords
+//! arguments what calls are given, and errors that name it; values: numbers, places
 //! errors    exceptions; device: the graphics device of the process
 //! ```
 //!
 //! A world has a number for each entity; an object of Python is the world and that number. What takes time lets go of
 //! the interpreter first and takes the world's lock then. Arrays are the vectors that Rust has made: nothing is copied.
 
+mod arguments;
 mod camera;
 mod capture;
 mod contents;
@@ -21,6 +23,7 @@ mod entity;
 mod errors;
 mod light;
 mod many;
+mod mounting;
 mod points;
 mod portal;
 mod readings;

@@ -1,11 +1,13 @@
 //! Lights: what they shine like, and those of a world.
 
+use crate::arguments::{Argument, Given, found, optional, required};
 use crate::entity::Entity;
 use crate::errors::{Failure, Outcome};
-use crate::values::Numbers;
+use crate::values::{Numbers, Placing};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use relief::glam::Vec3;
+use relief::glam::{DVec3, Vec3};
 use relief::systems::assets::color::linear_from_srgb;
 use relief::systems::lights::{self, LightKind};
 use relief::systems::run::standard_inputs::EditLight;
@@ -16,27 +18,45 @@ use relief::systems::run::standard_inputs::EditLight;
 #[derive(Clone, Debug)]
 pub struct Light(pub lights::Light);
 
-/// A colour: "#rrggbb" in sRGB, or three linear numbers.
-fn color(given: &Bound<'_, PyAny>) -> PyResult<Vec3> {
-    if let Ok(text) = given.cast::<PyString>() {
-        let text = text.to_cow()?;
-        return Ok(from_hex(&text)?);
+impl Argument for Light {
+    fn expected() -> String {
+        "a Light, such as relief.Light.point(4)".into()
     }
-    let numbers: Numbers<3> = given.extract()?;
-    let color = numbers.vector().as_vec3();
-    if color.min_element() < 0.0 || color.max_element() > 1e6 {
-        return Err(Failure::value(format!("color: expected linear numbers from 0 to 1e6, found {color}")).into());
-    }
-    Ok(color)
 }
 
-fn from_hex(text: &str) -> Outcome<Vec3> {
-    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii());
-    let part = |i: usize| u8::from_str_radix(digits?.get(2 * i..2 * i + 2)?, 16).ok();
-    match (part(0), part(1), part(2)) {
-        (Some(r), Some(g), Some(b)) => Ok(Vec3::from([r, g, b].map(|byte| linear_from_srgb(f32::from(byte) / 255.0)))),
-        _ => Err(Failure::value(format!("color: expected \"#rrggbb\" or three linear numbers, found {text:?}"))),
+/// A colour: "#rrggbb" in sRGB, or three linear numbers.
+struct Color(Vec3);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Color {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let fault = || PyValueError::new_err(format!("expected {}, found {}", Self::expected(), found(&given)));
+        if let Ok(text) = given.cast::<PyString>() {
+            return from_hex(&text.to_cow()?).map(Self).ok_or_else(fault);
+        }
+        let Numbers::<3>(numbers) = given.extract()?;
+        if numbers.iter().any(|part| !(0.0..=1e6).contains(part)) {
+            return Err(PyValueError::new_err(format!(
+                "expected linear numbers from 0 to 1e6, found {}",
+                found(&given)
+            )));
+        }
+        Ok(Self(DVec3::from(numbers).as_vec3()))
     }
+}
+
+impl Argument for Color {
+    fn expected() -> String {
+        "\"#rrggbb\" or three linear numbers".into()
+    }
+}
+
+fn from_hex(text: &str) -> Option<Vec3> {
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
+    let part = |i: usize| u8::from_str_radix(digits.get(2 * i..2 * i + 2)?, 16).ok();
+    let bytes = [part(0)?, part(1)?, part(2)?];
+    Some(Vec3::from(bytes.map(|byte| linear_from_srgb(f32::from(byte) / 255.0))))
 }
 
 fn number(name: &str, value: f64, least: f64, most: f64) -> Outcome<f32> {
@@ -46,14 +66,32 @@ fn number(name: &str, value: f64, least: f64, most: f64) -> Outcome<f32> {
         .ok_or_else(|| Failure::value(format!("{name}: expected a number from {least} to {most}, found {value}")))
 }
 
+fn intensity(given: &Bound<'_, PyAny>) -> PyResult<f32> {
+    Ok(number("intensity", required("intensity", given)?, 0.0, 1e9)?)
+}
+
 /// Metres up to which a light reaches; infinite: no end.
-fn range(value: f64) -> Outcome<f32> {
-    if value == f64::INFINITY { Ok(f32::INFINITY) } else { number("range", value, 1e-3, 1e6) }
+fn range(given: Given<'_, '_>) -> PyResult<f32> {
+    match optional::<f64>("range", given)? {
+        None | Some(f64::INFINITY) => Ok(f32::INFINITY),
+        Some(value) => Ok(number("range", value, 1e-3, 1e6)?),
+    }
+}
+
+/// A light that shines in all directions is not turned.
+pub fn refuse_turned(light: &lights::Light, placing: &Placing) -> Outcome<()> {
+    if matches!(light.kind, LightKind::Point) && placing.is_turned() {
+        let message = "yaw, pitch, roll and look_at: a point light shines in all directions; \
+                       relief.Light.spot and relief.Light.directional are turned";
+        return Err(Failure::value(message));
+    }
+    Ok(())
 }
 
 impl Light {
-    fn painted(self, given: Option<&Bound<'_, PyAny>>, shadows: bool) -> PyResult<Self> {
-        let color = given.map(color).transpose()?.unwrap_or(Vec3::ONE);
+    fn painted(self, color: Given<'_, '_>, shadows: Given<'_, '_>) -> PyResult<Self> {
+        let color = optional::<Color>("color", color)?.map_or(Vec3::ONE, |color| color.0);
+        let shadows = optional("shadows", shadows)?.unwrap_or(false);
         Ok(Self(lights::Light { color, shadows, ..self.0 }))
     }
 }
@@ -63,27 +101,37 @@ impl Light {
     /// In all directions from a point. `range`: metres at which it has faded to nothing. `color`: "#rrggbb" in sRGB or
     /// three linear numbers.
     #[staticmethod]
-    #[pyo3(signature = (intensity, range=f64::INFINITY, *, color=None, shadows=false))]
-    fn point(intensity: f64, range: f64, color: Option<&Bound<'_, PyAny>>, shadows: bool) -> PyResult<Self> {
-        let intensity = number("intensity", intensity, 0.0, 1e9)?;
-        Self(lights::Light::point(intensity, self::range(range)?)).painted(color, shadows)
+    #[pyo3(
+        signature = (intensity, range=None, *, color=None, shadows=None),
+        text_signature = "(intensity, range=..., *, color=None, shadows=False)"
+    )]
+    fn point(
+        intensity: &Bound<'_, PyAny>,
+        range: Given<'_, '_>,
+        color: Given<'_, '_>,
+        shadows: Given<'_, '_>,
+    ) -> PyResult<Self> {
+        Self(lights::Light::point(self::intensity(intensity)?, self::range(range)?)).painted(color, shadows)
     }
 
     /// A cone along its −Z, which looks forward where it is placed with `yaw` and `pitch` 0. `outer_degrees`: half the
     /// angle of the cone, up to 85; it is full within `inner_degrees`, by default 0.8 of that.
     #[staticmethod]
-    #[pyo3(signature = (
-        intensity, range=f64::INFINITY, *, outer_degrees=30.0, inner_degrees=None, color=None, shadows=false
-    ))]
+    #[pyo3(
+        signature = (intensity, range=None, *, outer_degrees=None, inner_degrees=None, color=None, shadows=None),
+        text_signature = "(intensity, range=..., *, outer_degrees=30.0, inner_degrees=None, color=None, shadows=False)"
+    )]
     fn spot(
-        intensity: f64,
-        range: f64,
-        outer_degrees: f64,
-        inner_degrees: Option<f64>,
-        color: Option<&Bound<'_, PyAny>>,
-        shadows: bool,
+        intensity: &Bound<'_, PyAny>,
+        range: Given<'_, '_>,
+        outer_degrees: Given<'_, '_>,
+        inner_degrees: Given<'_, '_>,
+        color: Given<'_, '_>,
+        shadows: Given<'_, '_>,
     ) -> PyResult<Self> {
-        let intensity = number("intensity", intensity, 0.0, 1e9)?;
+        let intensity = self::intensity(intensity)?;
+        let outer_degrees = optional("outer_degrees", outer_degrees)?.unwrap_or(30.0);
+        let inner_degrees = optional("inner_degrees", inner_degrees)?;
         let outer = number("outer_degrees", outer_degrees, 0.1, 85.0)?.to_radians();
         let inner = inner_degrees.map(|inner| number("inner_degrees", inner, 0.0, outer_degrees)).transpose()?;
         let mut light = lights::Light::spot(intensity, self::range(range)?, outer);
@@ -95,10 +143,12 @@ impl Light {
 
     /// Parallel light along its −Z, as the sun's.
     #[staticmethod]
-    #[pyo3(signature = (intensity, *, color=None, shadows=false))]
-    fn directional(intensity: f64, color: Option<&Bound<'_, PyAny>>, shadows: bool) -> PyResult<Self> {
-        let intensity = number("intensity", intensity, 0.0, 1e9)?;
-        Self(lights::Light::directional(intensity)).painted(color, shadows)
+    #[pyo3(
+        signature = (intensity, *, color=None, shadows=None),
+        text_signature = "(intensity, *, color=None, shadows=False)"
+    )]
+    fn directional(intensity: &Bound<'_, PyAny>, color: Given<'_, '_>, shadows: Given<'_, '_>) -> PyResult<Self> {
+        Self(lights::Light::directional(self::intensity(intensity)?)).painted(color, shadows)
     }
 
     fn __repr__(&self) -> String {
@@ -125,8 +175,8 @@ impl LightEntity {
     }
 
     #[setter]
-    fn set_intensity(own: PyRef<'_, Self>, intensity: f64) -> PyResult<()> {
-        let intensity = number("intensity", intensity, 0.0, 1e9)?;
+    fn set_intensity(own: PyRef<'_, Self>, intensity: &Bound<'_, PyAny>) -> PyResult<()> {
+        let intensity = self::intensity(intensity)?;
         edit(&own, move |light| light.intensity = intensity)
     }
 
@@ -137,8 +187,9 @@ impl LightEntity {
     }
 
     #[setter]
-    fn set_range(own: PyRef<'_, Self>, range: f64) -> PyResult<()> {
-        let range = self::range(range)?;
+    fn set_range(own: PyRef<'_, Self>, range: &Bound<'_, PyAny>) -> PyResult<()> {
+        required::<f64>("range", range)?;
+        let range = self::range(Some(range))?;
         edit(&own, move |light| light.range = range)
     }
 
@@ -150,7 +201,7 @@ impl LightEntity {
 
     #[setter]
     fn set_color(own: PyRef<'_, Self>, color: &Bound<'_, PyAny>) -> PyResult<()> {
-        let color = self::color(color)?;
+        let Color(color) = required("color", color)?;
         edit(&own, move |light| light.color = color)
     }
 
@@ -161,7 +212,8 @@ impl LightEntity {
     }
 
     #[setter]
-    fn set_enabled(own: PyRef<'_, Self>, enabled: bool) -> PyResult<()> {
+    fn set_enabled(own: PyRef<'_, Self>, enabled: &Bound<'_, PyAny>) -> PyResult<()> {
+        let enabled = required("enabled", enabled)?;
         edit(&own, move |light| light.enabled = enabled)
     }
 
@@ -172,12 +224,14 @@ impl LightEntity {
     }
 
     #[setter]
-    fn set_shadows(own: PyRef<'_, Self>, shadows: bool) -> PyResult<()> {
+    fn set_shadows(own: PyRef<'_, Self>, shadows: &Bound<'_, PyAny>) -> PyResult<()> {
+        let shadows = required("shadows", shadows)?;
         edit(&own, move |light| light.shadows = shadows)
     }
 
     /// Gives it all of another description.
-    fn change(own: PyRef<'_, Self>, light: Light) -> PyResult<()> {
+    fn change(own: PyRef<'_, Self>, light: &Bound<'_, PyAny>) -> PyResult<()> {
+        let light: Light = required("light", light)?;
         edit(&own, move |now| *now = light.0)
     }
 }

@@ -1,5 +1,6 @@
 //! Several worlds at once: stepped on all threads, and captured together.
 
+use crate::arguments::{Given, optional, required, worlds, wrong_type};
 use crate::camera::CameraBatch;
 use crate::capture::Capture;
 use crate::device;
@@ -11,6 +12,7 @@ use relief::bevy_ecs::prelude::Entity;
 use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
 use relief::systems::ecs::parallel::map_in_parallel;
 use relief::systems::sensors::{Classes, Sensor, SensorKind};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Does something with several worlds, in the order in which they are given, without the interpreter.
@@ -36,22 +38,21 @@ fn with_all<T: Send>(
     })?)
 }
 
-/// Steps of all worlds, or of each.
-#[derive(FromPyObject)]
-pub enum Steps {
-    All(u64),
-    Each(Vec<u64>),
+fn steps_of_each(given: &Bound<'_, PyAny>) -> PyResult<Vec<u64>> {
+    let items = given.try_iter().map_err(|_| wrong_type("n", "a whole number, or a list of those", given))?;
+    items.enumerate().map(|(i, item)| required(&format!("n[{i}]"), &item?)).collect()
 }
 
 /// Takes so many steps of every world, several worlds at a time. `n`: of all, or a list with those of each. Results are
 /// the same as one after the other. Returns the numbers of steps done. Raises what `Sim.step` raises, of the first
 /// world that does.
 #[pyfunction]
-#[pyo3(signature = (sims, n=Steps::All(1)), text_signature = "(sims, n=1)")]
-pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> {
+#[pyo3(signature = (sims, n=None), text_signature = "(sims, n=1)")]
+pub fn step(py: Python<'_>, sims: &Bound<'_, PyAny>, n: Given<'_, '_>) -> PyResult<Vec<u64>> {
+    let sims = worlds("sims", sims)?;
     let each = match n {
-        Steps::All(n) => vec![n; sims.len()],
-        Steps::Each(each) => each,
+        Some(given) if given.extract::<f64>().is_err() && !given.is_none() => steps_of_each(given)?,
+        _ => vec![optional("n", n)?.unwrap_or(1); sims.len()],
     };
     if each.len() != sims.len() {
         let message = format!("n: expected a number, or one for each of {} worlds, found {}", sims.len(), each.len());
@@ -79,7 +80,8 @@ pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: Steps) -> PyResult<Vec<u64>> 
 /// Captures every sensor that is due, of several worlds: of each what `Sim.capture` gives, bit for bit, with the
 /// cameras of all worlds in one submission to the graphics device. Raises GpuError.
 #[pyfunction]
-pub fn capture_due(py: Python<'_>, sims: Vec<Py<Sim>>) -> PyResult<Vec<Capture>> {
+pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capture>> {
+    let sims = worlds("sims", sims)?;
     let captured = with_all(py, &sims, |worlds| {
         let classes: Vec<Classes> =
             worlds.iter().map(|world| world.simulation.world.resource::<Classes>().clone()).collect();
@@ -94,7 +96,8 @@ pub fn capture_due(py: Python<'_>, sims: Vec<Py<Sim>>) -> PyResult<Vec<Capture>>
 /// ValueError where they differ in size or outputs, GpuError.
 #[pyfunction]
 #[pyo3(signature = (sims, sensor))]
-pub fn capture(py: Python<'_>, sims: Vec<Py<Sim>>, sensor: String) -> PyResult<CameraBatch> {
+pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
+    let (sims, sensor) = (worlds("sims", sims)?, required::<String>("sensor", sensor)?);
     let (captures, steps) = with_all(py, &sims, |worlds| {
         let mut cameras = Vec::with_capacity(worlds.len());
         let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
@@ -142,7 +145,9 @@ fn camera(world: &mut World, name: &str) -> Outcome<Entity> {
 /// moved since. Raises RecordingError at the first step that comes out otherwise, SceneError.
 #[pyfunction]
 #[pyo3(signature = (recording, *, scene=None))]
-pub fn replay(py: Python<'_>, recording: std::path::PathBuf, scene: Option<std::path::PathBuf>) -> PyResult<Sim> {
+pub fn replay(py: Python<'_>, recording: &Bound<'_, PyAny>, scene: Given<'_, '_>) -> PyResult<Sim> {
+    let recording: PathBuf = required("recording", recording)?;
+    let scene = optional::<PathBuf>("scene", scene)?;
     device::check_process()?;
     let world = py.detach(|| World::replay(&recording, scene.as_deref()))?;
     Ok(Sim::of(world))
@@ -157,7 +162,8 @@ pub fn adapter(py: Python<'_>) -> PyResult<String> {
 
 /// How many threads the steps of worlds are shared out over; counts before the first world only.
 #[pyfunction]
-pub fn set_threads(threads: usize) -> PyResult<()> {
+pub fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
+    let threads: usize = required("threads", threads)?;
     device::check_process()?;
     if !(1..=1024).contains(&threads) {
         return Err(Failure::value(format!("threads: expected 1 to 1024, found {threads}")).into());

@@ -1,5 +1,6 @@
 //! What lidars give.
 
+use crate::arguments::required;
 use crate::capture::{Arrays, Common};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
@@ -124,8 +125,8 @@ impl LidarCapture {
         self.arrays.dict(py)
     }
 
-    fn __getitem__(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
-        self.array(py, name)
+    fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        self.array(py, &required::<String>("name", name)?)
     }
 
     fn __len__(&self) -> usize {

@@ -1,6 +1,8 @@
 //! Portals between rooms: doors and windows.
 
+use crate::arguments::required;
 use crate::entity::Entity;
+use crate::errors::Failure;
 use pyo3::prelude::*;
 use relief::systems::cells;
 use relief::systems::run::standard_inputs::SetPortal;
@@ -20,7 +22,11 @@ impl Portal {
     }
 
     #[setter]
-    fn set_open(own: PyRef<'_, Self>, open: f32) -> PyResult<()> {
+    fn set_open(own: PyRef<'_, Self>, open: &Bound<'_, PyAny>) -> PyResult<()> {
+        let open = required::<f32>("open", open)?;
+        if !(0.0..=1.0).contains(&open) {
+            return Err(Failure::value(format!("open: expected a number from 0 to 1, found {open}")).into());
+        }
         let entity: &Entity = own.as_super();
         let id = entity.id;
         entity.with(own.py(), move |world| {

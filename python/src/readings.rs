@@ -1,5 +1,6 @@
 //! What sensors of motion give, and those of what is around a vehicle.
 
+use crate::arguments::required;
 use crate::capture::Common;
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -78,6 +79,13 @@ reading! { ImuReading {
     fn angular_velocity(&self) -> (f64, f64, f64) {
         self.own.reading.angular_velocity.into()
     }
+
+    /// Standard deviations of what noise adds, on each axis: of the specific force, m/s², and of the angular velocity,
+    /// rad/s. A density n becomes n/√s of readings s seconds apart (Kalibr's "IMU noise model").
+    #[getter]
+    fn sigmas(&self) -> (f64, f64) {
+        self.own.sigmas.into()
+    }
 } }
 
 /// What a receiver of satellite navigation measured.
@@ -116,6 +124,12 @@ reading! { GnssReading {
     #[getter]
     fn altitude(&self) -> f64 {
         self.own.reading.place.altitude
+    }
+
+    /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
+    #[getter]
+    fn sigmas(&self) -> (f64, f64) {
+        self.own.sigmas.into()
     }
 
     /// Whether it is known where the sensor was when it was due before. If not, the velocity is 0.
@@ -250,7 +264,8 @@ reading! { Collisions {
         self.own.len()
     }
 
-    fn __getitem__(&self, index: isize) -> PyResult<Contact> {
+    fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Contact> {
+        let index: isize = required("index", index)?;
         let place = if index < 0 { index + self.own.len() as isize } else { index };
         let contact = usize::try_from(place).ok().and_then(|place| self.contact(place));
         contact.ok_or_else(|| {

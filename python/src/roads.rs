@@ -1,5 +1,6 @@
 //! Routes and signals of a world, as data.
 
+use crate::arguments::{Given, Row, finite, optional, required};
 use crate::world::World;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
@@ -45,10 +46,11 @@ impl Route {
     fn points<'py>(
         &self,
         py: Python<'py>,
-        along: Vec<f64>,
-        lane: Option<usize>,
+        along: &Bound<'_, PyAny>,
+        lane: Given<'_, '_>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let left = match lane {
+        let Row(along) = required("along", along)?;
+        let left = match optional::<usize>("lane", lane)? {
             None => 0.0,
             Some(lane) => *self.offsets.get(lane).ok_or_else(|| {
                 pyo3::exceptions::PyValueError::new_err(format!(
@@ -62,9 +64,10 @@ impl Route {
     }
 
     /// How it goes there: radians about +Y, 0 along +Z, left positive.
-    fn yaw(&self, along: f64) -> f64 {
+    fn yaw(&self, along: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let along = finite("along", required("along", along)?)?;
         let tangent = self.route.place(along).tangent.as_dvec2();
-        tangent.x.atan2(tangent.y)
+        Ok(tangent.x.atan2(tangent.y))
     }
 
     fn __repr__(&self) -> String {

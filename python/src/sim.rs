@@ -1,5 +1,6 @@
 //! `Sim`: a world of a scene, and its run.
 
+use crate::arguments::{Bytes, Given, Names, optional, required};
 use crate::capture::Capture;
 use crate::errors::{Failure, Outcome};
 use crate::world::{Scene, Shared, World};
@@ -51,7 +52,8 @@ fn field(py: Python<'_>) -> PyResult<PathBuf> {
 impl Sim {
     #[new]
     #[pyo3(signature = (scene=None, *, seed=None))]
-    fn new(py: Python<'_>, scene: Option<PathBuf>, seed: Option<u64>) -> PyResult<Self> {
+    fn new(py: Python<'_>, scene: Given<'_, '_>, seed: Given<'_, '_>) -> PyResult<Self> {
+        let (scene, seed) = (optional::<PathBuf>("scene", scene)?, optional::<u64>("seed", seed)?);
         crate::device::check_process()?;
         let scene = scene.map_or_else(|| field(py), Ok)?;
         let made = py.detach(|| Ok::<_, Failure>(World::new(Arc::new(Scene::load(&scene)?), seed)));
@@ -60,8 +62,9 @@ impl Sim {
 
     /// Takes so many steps of the clock. Returns the number of steps done since the run began. Raises RecordingError
     /// where a replay comes out otherwise, OutputError where a recording cannot be written.
-    #[pyo3(signature = (n=1))]
-    fn step(&self, py: Python<'_>, n: u64) -> PyResult<u64> {
+    #[pyo3(signature = (n=None), text_signature = "($self, n=1)")]
+    fn step(&self, py: Python<'_>, n: Given<'_, '_>) -> PyResult<u64> {
+        let n = optional::<u64>("n", n)?.unwrap_or(1);
         if n > MOST_STEPS {
             return Err(Failure::value(format!("n: expected at most {MOST_STEPS} steps, found {n}")).into());
         }
@@ -82,7 +85,7 @@ impl Sim {
     /// these those alone, by their full names or the last parts of them. Raises GpuError.
     #[pyo3(signature = (*names))]
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let names: Vec<String> = names.extract()?;
+        let Names(names) = required("names", names)?;
         let (captured, classes) = self.with(py, move |world| {
             world.check_sensors(&names)?;
             let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
@@ -94,7 +97,7 @@ impl Sim {
     /// Captures sensors of the state at hand, whether they are due or not: all, or those of `names`.
     #[pyo3(signature = (*names))]
     fn look(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let names: Vec<String> = names.extract()?;
+        let Names(names) = required("names", names)?;
         let (captured, classes) = self.with(py, move |world| {
             let all = world.check_sensors(&names)?;
             let wanted: Vec<_> =
@@ -165,7 +168,8 @@ impl Sim {
 
     /// Makes the state that of a snapshot of this scene. Entities that are in both stay what they are. Raises
     /// RecordingError; the state is what it was then.
-    fn restore(&self, py: Python<'_>, snapshot: Vec<u8>) -> PyResult<()> {
+    fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, PyAny>) -> PyResult<()> {
+        let Bytes(snapshot) = required("snapshot", snapshot)?;
         self.with(py, move |world| world.restore(&snapshot))
     }
 
@@ -176,14 +180,16 @@ impl Sim {
 
     /// Another world of the scene as it begins, which shares its meshes and images. `seed`: in the place of this one's.
     #[pyo3(signature = (*, seed=None))]
-    fn fresh(&self, py: Python<'_>, seed: Option<u64>) -> PyResult<Self> {
+    fn fresh(&self, py: Python<'_>, seed: Given<'_, '_>) -> PyResult<Self> {
+        let seed = optional::<u64>("seed", seed)?;
         let made = self.with(py, move |world| Ok(World::new(world.scene.clone(), seed.or(world.seed))));
         made.map(Self::of)
     }
 
     /// Begins the run anew, with a `seed` in the place of this one's if one is given. What was spawned is gone.
     #[pyo3(signature = (*, seed=None))]
-    fn reset(&self, py: Python<'_>, seed: Option<u64>) -> PyResult<()> {
+    fn reset(&self, py: Python<'_>, seed: Given<'_, '_>) -> PyResult<()> {
+        let seed = optional::<u64>("seed", seed)?;
         self.with(py, move |world| world.reset(seed))
     }
 
@@ -200,7 +206,8 @@ impl Sim {
     /// Begins to record the run, from its state as it is: `with sim.record("run.rec"): …`. At the end of the block, or
     /// by `close`, the recording ends in order. `relief replay run.rec --check` and `relief.replay` compare every step.
     /// Raises RecordingError, OutputError.
-    fn record(&self, py: Python<'_>, path: PathBuf) -> PyResult<Recording> {
+    fn record(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Recording> {
+        let path: PathBuf = required("path", path)?;
         let number = self.with(py, move |world| world.record(&path))?;
         Ok(Recording { shared: self.shared.clone(), number })
     }

@@ -1,15 +1,16 @@
 //! What `Sim` brings into being: vehicles, lights, copies of what is drawn, sensors.
 
+use crate::arguments::{Given, optional, required, wrong_type};
 use crate::entity::{Entity, Kind, wrap_as};
 use crate::errors::Failure;
-use crate::light::Light;
-use crate::sensor::{CameraArguments, add_gnss, add_imu, add_lidar};
+use crate::light::{Light, refuse_turned};
+use crate::mounting::{CameraArguments, add_gnss, add_imu, add_lidar};
 use crate::sim::Sim;
-use crate::values::{Facing, Placing, Point};
+use crate::values::{Facing, Numbers, Placing, Point};
 use crate::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use relief::glam::Vec3;
+use relief::glam::{DVec3, Vec3};
 use relief::name;
 use relief::systems::run::registry::{EntityRegistry, StateId};
 use relief::systems::run::spawn::Spawn;
@@ -55,25 +56,38 @@ impl Sim {
     /// on the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in
     /// a `lane`, which it follows. `by_hand`: it goes by `Vehicle.drive` even where it has a route. `paint`: which of
     /// its type's paints, counted round.
-    #[pyo3(signature = (
-        kind, at=None, *, yaw=0.0, name=None, by_hand=false, paint=0, route=None, lane=0, along=0.0, speed=0.0
-    ))]
+    #[pyo3(
+        signature = (
+            kind, at=None, *, yaw=None, name=None, by_hand=None, paint=None, route=None, lane=None, along=None,
+            speed=None
+        ),
+        text_signature = "($self, kind, at=None, *, yaw=0.0, name=None, by_hand=False, paint=0, route=None, lane=0, \
+                          along=0.0, speed=0.0)"
+    )]
     #[allow(clippy::too_many_arguments)]
     fn spawn_vehicle(
         &self,
         py: Python<'_>,
-        kind: String,
-        at: Option<Point>,
-        yaw: f64,
-        name: Option<String>,
-        by_hand: bool,
-        paint: u32,
-        route: Option<String>,
-        lane: u8,
-        along: f64,
-        speed: f64,
+        kind: &Bound<'_, PyAny>,
+        at: Given<'_, '_>,
+        yaw: Given<'_, '_>,
+        name: Given<'_, '_>,
+        by_hand: Given<'_, '_>,
+        paint: Given<'_, '_>,
+        route: Given<'_, '_>,
+        lane: Given<'_, '_>,
+        along: Given<'_, '_>,
+        speed: Given<'_, '_>,
     ) -> PyResult<Py<PyAny>> {
-        let placing = Placing::new(at, (yaw, 0.0, 0.0), None)?;
+        let kind: String = required("kind", kind)?;
+        let placing = Placing::read(at, [yaw, None, None], None)?;
+        let (name, route) = (optional::<String>("name", name)?, optional::<String>("route", route)?);
+        let by_hand = optional("by_hand", by_hand)?.unwrap_or(false);
+        let paint = optional("paint", paint)?.unwrap_or(0);
+        let lane = optional::<u8>("lane", lane)?.unwrap_or(0);
+        let along = optional::<f64>("along", along)?.unwrap_or(0.0);
+        let speed = optional::<f64>("speed", speed)?.unwrap_or(0.0);
+        let is_placed = at.is_some_and(|at| !at.is_none());
         let id = self.with(py, move |world| {
             let types = world.simulation.world.resource::<VehicleTypes>();
             if types.find(&kind).is_none() {
@@ -85,10 +99,13 @@ impl Sim {
             }
             let name = named(name, &kind, next_id(world));
             let on_route = route.map(|route| on_route(world, &route, lane, along)).transpose()?;
-            if on_route.is_some() == at.is_some() {
+            if on_route.is_some() == is_placed {
                 return Err(Failure::value("expected one of at and route"));
             }
-            if at.is_some() && (speed, lane, along) != (0.0, 0, 0.0) {
+            if !is_placed && placing.is_turned() {
+                return Err(Failure::value("yaw: expected at beside it; a route says how a vehicle is turned"));
+            }
+            if is_placed && (speed, lane, along) != (0.0, 0, 0.0) {
                 return Err(Failure::value("speed, lane and along: expected a route beside them"));
             }
             if !speed.is_finite() {
@@ -112,19 +129,25 @@ impl Sim {
 
     /// Brings a light into being at once. `at`: in the scene, metres. Spots and directional lights shine forward, along
     /// +Z, turned by `yaw` to the left and `pitch` up, radians, or toward `look_at`.
-    #[pyo3(signature = (light, at=None, *, yaw=0.0, pitch=0.0, look_at=None, name=None))]
+    #[pyo3(
+        signature = (light, at=None, *, yaw=None, pitch=None, look_at=None, name=None),
+        text_signature = "($self, light, at=None, *, yaw=0.0, pitch=0.0, look_at=None, name=None)"
+    )]
     #[allow(clippy::too_many_arguments)]
     fn spawn_light(
         &self,
         py: Python<'_>,
-        light: Light,
-        at: Option<Point>,
-        yaw: f64,
-        pitch: f64,
-        look_at: Option<Point>,
-        name: Option<String>,
+        light: &Bound<'_, PyAny>,
+        at: Given<'_, '_>,
+        yaw: Given<'_, '_>,
+        pitch: Given<'_, '_>,
+        look_at: Given<'_, '_>,
+        name: Given<'_, '_>,
     ) -> PyResult<Py<PyAny>> {
-        let placing = Placing::new(at, (yaw, pitch, 0.0), look_at)?;
+        let light: Light = required("light", light)?;
+        let placing = Placing::read(at, [yaw, pitch, None], look_at)?;
+        refuse_turned(&light.0, &placing)?;
+        let name = optional::<String>("name", name)?;
         let id = self.with(py, move |world| {
             let name = named(name, "light", next_id(world));
             let transform = placing.transform(world.origin(), Facing::Backward);
@@ -135,28 +158,33 @@ impl Sim {
 
     /// Draws once more, at another place, what is drawn of an entity that the scene began with, and of what is below
     /// it. `scale`: along its own axes.
-    #[pyo3(signature = (like, at, *, yaw=0.0, pitch=0.0, roll=0.0, scale=None, name=None))]
+    #[pyo3(
+        signature = (like, at, *, yaw=None, pitch=None, roll=None, scale=None, name=None),
+        text_signature = "($self, like, at, *, yaw=0.0, pitch=0.0, roll=0.0, scale=None, name=None)"
+    )]
     #[allow(clippy::too_many_arguments)]
     fn spawn_mesh(
         &self,
         py: Python<'_>,
         like: &Bound<'_, PyAny>,
-        at: Point,
-        yaw: f64,
-        pitch: f64,
-        roll: f64,
-        scale: Option<Point>,
-        name: Option<String>,
+        at: &Bound<'_, PyAny>,
+        yaw: Given<'_, '_>,
+        pitch: Given<'_, '_>,
+        roll: Given<'_, '_>,
+        scale: Given<'_, '_>,
+        name: Given<'_, '_>,
     ) -> PyResult<Py<PyAny>> {
-        let placing = Placing::new(Some(at), (yaw, pitch, roll), None)?;
-        let scale = scale.map_or(Vec3::ONE, |scale| scale.vector().as_vec3());
+        required::<Point>("at", at)?;
+        let placing = Placing::read(Some(at), [yaw, pitch, roll], None)?;
+        let scale = optional::<Numbers<3>>("scale", scale)?.map_or(Vec3::ONE, |scale| DVec3::from(scale.0).as_vec3());
+        let name = optional::<String>("name", name)?;
         if scale.abs().min_element() < 1e-6 || scale.abs().max_element() > 1e6 {
             return Err(Failure::value(format!("scale: expected factors from 1e-6 to 1e6, found {scale}")).into());
         }
         let like: Like = match like.cast::<Entity>() {
             Ok(entity) if Arc::ptr_eq(&entity.get().shared, &self.shared) => Like::Id(entity.get().id),
             Ok(_) => return Err(Failure::value("like: expected an entity of this world").into()),
-            Err(_) => Like::Name(like.extract()?),
+            Err(_) => Like::Name(like.extract().map_err(|_| wrong_type("like", "an entity or the name of one", like))?),
         };
         let id = self.with(py, move |world| {
             let of = match like {
@@ -181,7 +209,12 @@ impl Sim {
     /// parallel projection; `near`, `far` metres; `outputs`; `samples` of colours, 1 or 4; `exposure`; `every` and
     /// `phase`, steps. Raises ValueError.
     #[pyo3(signature = (name, **arguments))]
-    fn add_camera(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+    fn add_camera(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
         CameraArguments::read(arguments)?.add(py, &self.shared, name, None)
     }
 
@@ -189,21 +222,36 @@ impl Sim {
     /// "os1_64" or "os1_128"; `hz` revolutions a second; `columns` a revolution; `range` (least, most) metres;
     /// `attenuation` per metre; `sweep`; `range_sigma` metres, `drop_rate`, `drop_below`. Raises ValueError.
     #[pyo3(signature = (name, **arguments))]
-    fn add_lidar(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+    fn add_lidar(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
         add_lidar(py, &self.shared, name, None, arguments)
     }
 
     /// An inertial measurement unit in the scene. Keywords: as `add_camera` for its place and rate;
     /// `accelerometer_density` m/s²/√Hz, `gyroscope_density` rad/s/√Hz.
     #[pyo3(signature = (name, **arguments))]
-    fn add_imu(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+    fn add_imu(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
         add_imu(py, &self.shared, name, None, arguments)
     }
 
     /// A receiver of satellite navigation in the scene, which needs a geo_origin. Keywords: as `add_camera` for its
     /// place and rate; `horizontal_sigma`, `vertical_sigma` metres, `velocity_sigma` m/s.
     #[pyo3(signature = (name, **arguments))]
-    fn add_gnss(&self, py: Python<'_>, name: &str, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<Py<PyAny>> {
+    fn add_gnss(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
         add_gnss(py, &self.shared, name, None, arguments)
     }
 }

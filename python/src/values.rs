@@ -1,13 +1,17 @@
-//! Arguments: numbers in sequences or arrays, places, and how things are turned.
+//! Values of arguments: numbers in sequences or arrays, places, and how things are turned.
 
+use crate::arguments::{Argument, Given, found, optional};
 use crate::errors::{Failure, Outcome};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use relief::glam::{DAffine3, DVec3, Quat, Vec3};
 use relief::systems::space::Transform;
 use std::f32::consts::PI;
+
+/// Metres from the origin along an axis, as far as places go in scene files, too.
+const FARTHEST: f64 = 1e7;
 
 /// So many numbers of any sequence or array, finite ones.
 #[derive(Clone, Copy, Debug)]
@@ -17,14 +21,20 @@ impl<'a, 'py, const N: usize> FromPyObject<'a, 'py> for Numbers<N> {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        let numbers = flat(&given.to_owned(), N + 1)?;
-        let found = numbers.len();
-        let numbers: [f64; N] =
-            numbers.try_into().map_err(|_| PyValueError::new_err(format!("expected {N} numbers, found {found}")))?;
+        let given = given.to_owned();
+        let fault = || PyValueError::new_err(format!("expected {}, found {}", Self::expected(), found(&given)));
+        let numbers: [f64; N] = flat(&given, N + 1)?.try_into().map_err(|_| fault())?;
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
             return Err(PyValueError::new_err(format!("expected finite numbers, found {number}")));
         }
         Ok(Self(numbers))
+    }
+}
+
+impl<const N: usize> Argument for Numbers<N> {
+    fn expected() -> String {
+        // Of all of these, they alone are matrices.
+        if N == 16 { "a matrix of 4 by 4 numbers".into() } else { format!("{N} numbers") }
     }
 }
 
@@ -51,12 +61,46 @@ fn flat(given: &Bound<'_, PyAny>, most: usize) -> PyResult<Vec<f64>> {
     Ok(numbers)
 }
 
-/// A place, metres.
-pub type Point = Numbers<3>;
+/// Width and height, pixels.
+pub struct Size(pub (u32, u32));
 
-impl Numbers<3> {
-    pub fn vector(self) -> DVec3 {
-        self.0.into()
+impl<'a, 'py> FromPyObject<'a, 'py> for Size {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let sides: Vec<u32> = given.try_iter()?.take(3).map(|side| side?.extract()).collect::<PyResult<_>>()?;
+        let sides: [u32; 2] = sides.try_into().map_err(|_| PyTypeError::new_err("not two"))?;
+        Ok(Self(sides.into()))
+    }
+}
+
+impl Argument for Size {
+    fn expected() -> String {
+        "(width, height) in whole pixels".into()
+    }
+}
+
+/// A place, metres.
+#[derive(Clone, Copy, Debug)]
+pub struct Point(pub DVec3);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Point {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let Numbers(numbers) = Numbers::<3>::extract(given)?;
+        match numbers.iter().find(|number| number.abs() > FARTHEST) {
+            Some(far) => {
+                Err(PyValueError::new_err(format!("expected metres from -{FARTHEST} to {FARTHEST}, found {far}")))
+            }
+            None => Ok(Self(numbers.into())),
+        }
+    }
+}
+
+impl Argument for Point {
+    fn expected() -> String {
+        Numbers::<3>::expected()
     }
 }
 
@@ -79,20 +123,30 @@ pub enum Facing {
 }
 
 impl Placing {
-    pub fn new(at: Option<Point>, turn: (f64, f64, f64), look_at: Option<Point>) -> Outcome<Self> {
-        let (yaw, pitch, roll) = turn;
-        if let Some(angle) = [yaw, pitch, roll].iter().find(|angle| !(-1e4..=1e4).contains(*angle)) {
-            return Err(Failure::value(format!("expected angles in radians up to 10,000, found {angle}")));
+    /// Of arguments of these names; `turn`: yaw, pitch and roll.
+    pub fn read(at: Given<'_, '_>, turn: [Given<'_, '_>; 3], look_at: Given<'_, '_>) -> PyResult<Self> {
+        let at = optional::<Point>("at", at)?.map_or(DVec3::ZERO, |at| at.0);
+        let mut angles = [0.0; 3];
+        for ((name, given), angle) in ["yaw", "pitch", "roll"].into_iter().zip(turn).zip(&mut angles) {
+            *angle = optional::<f64>(name, given)?.unwrap_or(0.0);
+            if !(-1e4..=1e4).contains(angle) {
+                let message = format!("{name}: expected radians from -10000 to 10000, found {angle}");
+                return Err(Failure::value(message).into());
+            }
         }
-        let at = at.map_or(DVec3::ZERO, Point::vector);
-        let look_at = look_at.map(Point::vector);
-        if look_at.is_some() && (yaw, pitch) != (0.0, 0.0) {
-            return Err(Failure::value("expected either look_at, or yaw and pitch"));
+        let look_at = optional::<Point>("look_at", look_at)?.map(|point| point.0);
+        if look_at.is_some() && angles[..2] != [0.0, 0.0] {
+            return Err(Failure::value("look_at: expected either look_at, or yaw and pitch").into());
         }
         if look_at.is_some_and(|target| target.distance(at) < 1e-6) {
-            return Err(Failure::value("look_at: expected another point than at"));
+            return Err(Failure::value("look_at: expected another point than at").into());
         }
-        Ok(Self { at, turn: [yaw as f32, pitch as f32, roll as f32], look_at })
+        Ok(Self { at, turn: angles.map(|angle| angle as f32), look_at })
+    }
+
+    /// Whether it is turned at all.
+    pub fn is_turned(&self) -> bool {
+        self.look_at.is_some() || self.turn != [0.0; 3]
     }
 
     /// In coordinates that count from `origin`.
@@ -101,9 +155,7 @@ impl Placing {
         let half_turn = Quat::from_rotation_y(PI);
         let [yaw, pitch, roll] = self.turn;
         if let Some(target) = self.look_at {
-            let target = (target - origin).as_vec3();
-            let up = if (target - at.translation).normalize_or_zero().y.abs() > 0.999 { Vec3::Z } else { Vec3::Y };
-            let looking = at.looking_at(target, up);
+            let looking = at.looking_to((target - self.at).as_vec3(), Vec3::Y);
             // Right side down, looking along −Z.
             let rolled = looking.rotation * Quat::from_rotation_z(-roll);
             return at.with_rotation(match facing {
@@ -128,18 +180,21 @@ pub fn matrix<'py>(py: Python<'py>, place: &DAffine3) -> Bound<'py, PyArray2<f64
 /// From a matrix of 4 by 4 whose last row is (0, 0, 0, 1), to a place, rotation and scale.
 pub fn transform_of(matrix: &[f64; 16]) -> Outcome<Transform> {
     if matrix[12..] != [0.0, 0.0, 0.0, 1.0] {
-        return Err(Failure::value(format!("expected a last row of 0, 0, 0, 1, found {:?}", &matrix[12..])));
+        return Err(Failure::value(format!("transform: expected a last row of 0, 0, 0, 1, found {:?}", &matrix[12..])));
     }
     let column = |i: usize| DVec3::new(matrix[i], matrix[4 + i], matrix[8 + i]);
     let place = DAffine3::from_cols(column(0), column(1), column(2), column(3));
     if place.matrix3.determinant().abs() < 1e-12 {
-        return Err(Failure::value("expected a matrix that can be inverted"));
+        return Err(Failure::value("transform: expected a matrix that can be inverted"));
     }
     let (scale, rotation, translation) = place.to_scale_rotation_translation();
+    if translation.abs().max_element() > FARTHEST || scale.abs().max_element() > FARTHEST {
+        return Err(Failure::value(format!("transform: expected numbers from -{FARTHEST} to {FARTHEST}")));
+    }
     // Within what matrices of single floats come with: 2^-23, times some operations.
     let axes = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(DVec3::normalize);
     if axes[0].dot(axes[1]).abs().max(axes[1].dot(axes[2]).abs()).max(axes[2].dot(axes[0]).abs()) > 1e-5 {
-        return Err(Failure::value("expected axes at right angles, found a sheared matrix"));
+        return Err(Failure::value("transform: expected axes at right angles, found a sheared matrix"));
     }
     let rotation = rotation.as_quat().normalize();
     Ok(Transform { translation: translation.as_vec3(), rotation, scale: scale.as_vec3() })

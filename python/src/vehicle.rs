@@ -1,7 +1,9 @@
 //! Vehicles.
 
+use crate::arguments::{Given, optional, required};
 use crate::entity::Entity;
-use crate::errors::Failure;
+use crate::errors::{Failure, Outcome};
+use crate::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::name;
@@ -109,7 +111,8 @@ impl Vehicle {
         })
     }
 
-    /// Whether it goes by `drive` even where it has a route. Setting it to ``False`` lets its route have it.
+    /// Whether it goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False``
+    /// lets its route have it.
     #[getter]
     fn by_hand(own: PyRef<'_, Self>) -> PyResult<bool> {
         let (py, entity) = (own.py(), own.as_super());
@@ -118,7 +121,8 @@ impl Vehicle {
     }
 
     #[setter]
-    fn set_by_hand(own: PyRef<'_, Self>, by_hand: bool) -> PyResult<()> {
+    fn set_by_hand(own: PyRef<'_, Self>, by_hand: &Bound<'_, PyAny>) -> PyResult<()> {
+        let by_hand = required("by_hand", by_hand)?;
         let (py, entity) = (own.py(), own.as_super());
         let id = entity.id;
         entity.with(py, move |world| {
@@ -142,22 +146,29 @@ impl Vehicle {
         Ok(dict)
     }
 
-    /// Asks for something under manual control; what is not given stays. `throttle`: 0 to 1 of its acceleration, −1 to
-    /// 0 in reverse. `brake`: 0 to 1 of its hardest braking. `steer`: −1 to 1 of its largest steering angle, left
-    /// positive. `headlights`: "off", "low" or "high". `indicator`: "off", "left", "right" or "hazard".
+    /// Asks for something; what is not given stays. `throttle`: 0 to 1 of its acceleration, −1 to 0 in reverse.
+    /// `brake`: 0 to 1 of its hardest braking. `steer`: −1 to 1 of its largest steering angle, left positive.
+    /// `headlights`: "off", "low" or "high". `indicator`: "off", "left", "right" or "hazard".
+    ///
+    /// A vehicle without a route goes by this alone. One that follows a route takes lamps and "hazard" only; asked for
+    /// anything else it raises ValueError, unless `by_hand` is ``True``.
     #[pyo3(signature = (*, throttle=None, brake=None, steer=None, headlights=None, indicator=None))]
     fn drive(
         own: PyRef<'_, Self>,
-        throttle: Option<f32>,
-        brake: Option<f32>,
-        steer: Option<f32>,
-        headlights: Option<&str>,
-        indicator: Option<&str>,
+        throttle: Given<'_, '_>,
+        brake: Given<'_, '_>,
+        steer: Given<'_, '_>,
+        headlights: Given<'_, '_>,
+        indicator: Given<'_, '_>,
     ) -> PyResult<()> {
         let (py, entity) = (own.py(), own.as_super());
-        let headlights = headlights.map(|wanted| name::find("headlights", &HEADLIGHTS, wanted));
+        let throttle = optional::<f32>("throttle", throttle)?;
+        let (brake, steer) = (optional::<f32>("brake", brake)?, optional::<f32>("steer", steer)?);
+        let headlights = optional::<String>("headlights", headlights)?;
+        let headlights = headlights.map(|wanted| name::find("headlights", &HEADLIGHTS, &wanted));
         let headlights = headlights.transpose().map_err(Failure::Value)?;
-        let indicator = indicator.map(|wanted| name::find("indicator", &INDICATORS, wanted));
+        let indicator = optional::<String>("indicator", indicator)?;
+        let indicator = indicator.map(|wanted| name::find("indicator", &INDICATORS, &wanted));
         let indicator = indicator.transpose().map_err(Failure::Value)?;
         for (name, value, least) in [("throttle", throttle, -1.0), ("brake", brake, 0.0), ("steer", steer, -1.0)] {
             if let Some(value) = value.filter(|value| !(least..=1.0).contains(value)) {
@@ -167,7 +178,12 @@ impl Vehicle {
             }
         }
         let id = entity.id;
+        let turns = matches!(indicator, Some(Indicator::Left | Indicator::Right));
+        let moves = throttle.is_some() || brake.is_some() || steer.is_some() || turns;
         entity.with(py, move |world| {
+            if moves {
+                refuse_on_route(world, id)?;
+            }
             let now = world.component::<Controls>(id)?.unwrap_or_default();
             let controls = Controls {
                 throttle: throttle.unwrap_or(now.throttle),
@@ -179,6 +195,18 @@ impl Vehicle {
             world.apply(Drive { vehicle: id, controls })
         })
     }
+}
+
+/// What a route drives would be asked in vain.
+fn refuse_on_route(world: &World, id: StateId) -> Outcome<()> {
+    let Some(on) = world.component::<OnRoute>(id)? else { return Ok(()) };
+    let routes = world.simulation.world.resource::<Routes>();
+    if routes.is_empty() || world.component::<ManualControl>(id)?.is_some() {
+        return Ok(());
+    }
+    let route = routes.get(on.route).map_or("", |route| route.plan.name.as_str());
+    let vehicle = name::of_entity(&world.simulation.world, world.entity(id)?);
+    Err(Failure::value(format!("{vehicle:?} goes by its route, {route:?}; set by_hand to True to drive it")))
 }
 
 fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -> PyResult<f64> {

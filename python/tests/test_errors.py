@@ -40,11 +40,11 @@ def test_a_scene_that_is_not_there(tmp_path):
         ({"samples": 3}, "samples: expected 1 or 4, found 3"),
         ({"K": (1, 2, 3)}, "K: expected"),
         ({"K": (50, 50, 8, 8), "fov_y_degrees": 60}, "expected one of K, fov_y_degrees and half_height"),
-        ({"fov_y_degrees": 180}, "fov_y: expected degrees"),
+        ({"fov_y_degrees": 180}, "fov_y_degrees: expected a number"),
         ({"every": 2, "phase": 2}, "phase: expected less than every, which is 2, found 2"),
         ({"near": -1}, "near: expected metres"),
         ({"at": (float("nan"), 0, 0)}, "expected finite numbers, found (nan|NaN)"),
-        ({"at": (0, 0)}, "expected 3 numbers, found 2"),
+        ({"at": (0, 0)}, r"at: expected 3 numbers, found \(0, 0\)"),
         ({"look_at": (0, 0, 0)}, "look_at: expected another point than at"),
         ({"look_at": (0, 0, 5), "yaw": 0.5}, "expected either look_at, or yaw and pitch"),
     ],
@@ -56,7 +56,7 @@ def test_cameras_that_are_refused(field, arguments, message):
 
 
 def test_arguments_that_are_refused(field):
-    with pytest.raises(TypeError, match="unexpected argument sise; did you mean size?"):
+    with pytest.raises(TypeError, match='unexpected argument "sise"'):
         field.add_camera("camera", sise=(4, 4))
     with pytest.raises(ValueError, match=r'unknown vehicle type "trcuk" \(did you mean "truck"\?\)'):
         field.spawn_vehicle("trcuk", at=(0, 0, 0))

@@ -115,7 +115,7 @@ def nanoseconds(stamp):
 def test_every_array_is_that_of_the_capture(world, peer):
     world["ego"].drive(throttle=0.1, steer=0.5)
     alone = world.fork()
-    with Bridge(world, distortion={"ego/front": DISTORTION}) as bridge:
+    with Bridge(world) as bridge:
         # Best effort reaches those that are known when something is published, and may lose it: steps go on until all
         # of one time has come through.
         peer.until(peer.complete, lambda: bridge.step(6))
@@ -198,6 +198,15 @@ def test_a_velocity_drives_the_car(world, peer):
         assert world["van"].speed == 0.0
 
 
+def test_velocities_are_followed_as_the_type_of_vehicle_can(world):
+    truck = world.spawn_vehicle("truck", at=(9, 0, 0), name="truck", by_hand=True)
+    own = VelocityController(gain=3)
+    with Bridge(world, controllers={"ego": own}) as bridge:
+        controllers = {name: controller for name, (_, controller) in bridge._driven.items()}
+    assert controllers["ego"] is own and controllers["truck"].wheelbase > own.wheelbase
+    assert controllers["truck"] == VelocityController.of_type(world.vehicle_type(truck.type_))
+
+
 def test_frames_have_z_up():
     sim = relief.Sim()
     sim.add_camera("eye", size=(8, 6), at=(2.0, 3.0, 1.0))
@@ -264,12 +273,9 @@ def test_each_sensor_has_its_topics_and_each_lens_its_model(tmp_path, published)
     sim.add_camera("parallel", size=(8, 6), half_height=2.0)
     sim.add_gnss("mast", at=(0.0, 0.0, 0.0))
     sim.add_imu("unit")
-    lenses = {"distortion": {"bent": (0.1, 0.02, 0.001, -0.002, 0.003, 0.04)}, "fisheye": {"round": (0.1, 0.02)}}
-    with Bridge(sim, **lenses) as bridge:
+    with Bridge(sim) as bridge:
         # Of the first step, before an IMU measures.
         bridge.publish()
-        with pytest.raises(ValueError, match='camera "bent": expected one of distortion and fisheye'):
-            Bridge(sim, distortion=lenses["distortion"], fisheye={"bent": (0.1,)})
     infos = {name: published[f"/{name}/camera_info"][0] for name in ("plain", "bent", "round")}
     assert {name: (info.distortion_model, list(info.d)) for name, info in infos.items()} == {
         "plain": ("plumb_bob", [0.0] * 5),
@@ -296,7 +302,8 @@ def test_each_vehicle_follows_by_its_controller(field, published):
             # Those that are no numbers are left out.
             bridge._receiver(name)(velocity(float("nan"), 0.2))
         bridge.step()
-        for vehicle, controller in ((car, VelocityController()), (van, slow)):
+        own = VelocityController.of_type(field.vehicle_type("car"))
+        for vehicle, controller in ((car, own), (van, slow)):
             asked = vehicle.controls
             # Single precision of what vehicles are asked for.
             expected = pytest.approx(controller.controls(0.0, 1.0, 0.2), rel=1e-6)
@@ -310,14 +317,28 @@ def test_a_fix_is_that_of_the_receiver(tmp_path):
     scene.write_text("(geo_origin: (latitude_degrees: 48.137, longitude_degrees: 11.575, altitude: 519))")
     sim = relief.Sim(scene)
     sim.add_gnss("mast", at=(0.0, 0.0, 0.0))
+    sim.add_gnss("noisy", at=(0.0, 0.0, 0.0), horizontal_sigma=1.5, vertical_sigma=2)
     sim.step()
-    reading = sim.capture()["mast"]
+    capture = sim.capture()
+    reading = capture["mast"]
     fix = messages.fix(messages.header(1_500_000_000, "mast"), reading)
     assert (fix.latitude, fix.longitude, fix.altitude) == (reading.latitude, reading.longitude, reading.altitude)
     # At the origin itself: a metre is 1e-5 degrees.
     assert (fix.latitude, fix.longitude) == (pytest.approx(48.137, abs=1e-7), pytest.approx(11.575, abs=1e-7))
-    assert (fix.status.status, fix.status.service, fix.position_covariance_type) == (0, 1, 0)
+    assert (fix.status.status, fix.status.service, fix.position_covariance_type) == (0, 1, 3)
+    assert not np.any(fix.position_covariance)
+    noisy = messages.fix(messages.header(0, "noisy"), capture["noisy"])
+    np.testing.assert_array_equal(noisy.position_covariance, np.diag([2.25, 2.25, 4]).ravel())
     assert (fix.header.stamp.sec, fix.header.stamp.nanosec, fix.header.frame_id) == (1, 500_000_000, "mast")
+
+
+def test_an_imu_tells_its_noise(field):
+    # A density of 0.5 at 60 readings a second.
+    field.add_imu("imu", at=(0, 1, 0), accelerometer_density=0.5, gyroscope_density=0.25)
+    field.step(3)
+    imu = messages.imu(messages.header(0, "imu"), field.capture()["imu"])
+    np.testing.assert_allclose(imu.linear_acceleration_covariance, np.diag([15.0] * 3).ravel())
+    np.testing.assert_allclose(imu.angular_velocity_covariance, np.diag([3.75] * 3).ravel())
 
 
 def test_the_page_runs_as_it_stands():
@@ -342,30 +363,10 @@ def test_names():
     sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
     with pytest.raises(ValueError, match='no vehicle "eg" is under manual control'):
         Bridge(sim, controllers={"eg": VelocityController()})
-    with pytest.raises(ValueError, match="expected at most 4 numbers, found 5"):
-        Bridge(sim, fisheye={"a": [0.0] * 5})
-    with pytest.raises(ValueError, match="expected finite numbers"):
-        Bridge(sim, distortion={"a": [float("nan")]})
-    sim["ego"].add_camera("front", size=(8, 6))
-    for name in ("front", "ego/frnt", "a"):
-        with pytest.raises(ValueError, match=f'no camera is called "{name}"'):
-            Bridge(sim, fisheye={name: [0.0]})
-    Bridge(sim, fisheye={"ego/front": [0.0]}).close()
     sim.add_camera("a b", size=(8, 6), at=(0, 1, 0))
     sim.add_camera("a_b", size=(8, 6), at=(0, 1, 0))
     with Bridge(sim) as bridge, pytest.raises(ValueError, match='its name in ROS, "a_b", is that of sensor "a'):
         bridge.step()
-
-
-def test_cameras_have_the_names_of_captures(tmp_path):
-    scene = tmp_path / "eyes.ron"
-    camera = 'children: [(name: "eye", sensor: camera(size: (8, 8)))]'
-    scene.write_text(
-        f'(entities: [(name: "a", {camera}), (name: "b", instance: true, children: [(name: "c", {camera})])])'
-    )
-    sim = relief.Sim(scene)
-    assert sim.look().keys() == ["eye", "b/eye"]
-    Bridge(sim, distortion={"eye": [0.1], "b/eye": [0.1]}).close()
 
 
 def test_two_vehicles_of_one_name_are_refused(field):

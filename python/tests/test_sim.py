@@ -213,7 +213,7 @@ def test_doors_are_opened():
     door.open = 0.25
     rooms.step()
     assert door.open == 0.25
-    with pytest.raises(ValueError, match="set portal"):
+    with pytest.raises(ValueError, match="open: expected a number from 0 to 1, found 2"):
         door.open = 2
 
 
@@ -293,3 +293,93 @@ def test_what_looks_at_a_point_can_be_rolled(field):
     np.testing.assert_allclose(rolled[:3, 0], [0, -1, 0], atol=1e-6)
     turned = field.add_camera("turned", size=np.array([8, 8]), at=(0, 1, 0), roll=np.pi / 2).transform
     np.testing.assert_allclose(turned, rolled, atol=1e-6)
+
+
+def test_a_vehicle_on_its_route_is_not_driven_in_vain(road):
+    car = road.spawn_vehicle("car", route="main", lane=1, along=50, name="ego")
+    for asked in ({"throttle": 1}, {"brake": 0}, {"steer": 0.5}, {"indicator": "left"}):
+        with pytest.raises(ValueError, match='"ego" goes by its route, "main"; set by_hand to True to drive it'):
+            car.drive(**asked)
+    # Its lamps are its own.
+    car.drive(headlights="high", indicator="hazard")
+    road.step(60)
+    assert car.controls["headlights"] == "high" and car.controls["indicator"] == "hazard"
+    car.by_hand = True
+    car.drive(throttle=0, brake=1)
+    road.step(300)
+    assert car.speed == 0
+    car.by_hand = False
+    road.step(60)
+    assert car.speed > 1
+    with pytest.raises(ValueError, match="goes by its route"):
+        car.drive(throttle=1)
+
+
+def test_a_vehicle_without_a_route_is_driven_at_once(road):
+    car = road.spawn_vehicle("car", at=(50, 0, 0))
+    assert car.route is None and not car.by_hand
+    car.drive(throttle=1)
+    road.step(60)
+    assert car.speed > 1
+
+
+def test_what_has_no_direction_is_not_turned(field):
+    lamp = field.spawn_light(relief.Light.point(1), at=(0, 3, 0))
+    for turned in ({"look_at": (0, 0, 5)}, {"yaw": 1}, {"pitch": np.float32(0.5)}):
+        with pytest.raises(ValueError, match="a point light shines in all directions"):
+            field.spawn_light(relief.Light.point(1), at=(0, 3, 0), **turned)
+        with pytest.raises(ValueError, match="a point light shines in all directions"):
+            lamp.place((1, 3, 0), **turned)
+    lamp.place((1, 3, 0))
+    np.testing.assert_allclose(lamp.position, (1, 3, 0))
+    lamp.change(relief.Light.spot(1))
+    lamp.place((1, 3, 0), look_at=(1, 0, 0))
+    assert len(field.lights) == 2  # with the sun
+
+
+def test_arguments_that_would_count_for_nothing_are_refused(road):
+    with pytest.raises(ValueError, match="yaw: expected at beside it"):
+        road.spawn_vehicle("car", route="main", yaw=1)
+    with pytest.raises(ValueError, match="largest_degrees: expected fisheye beside it"):
+        road.add_camera("a", K=(9, 9, 4, 4), largest_degrees=80)
+
+
+LOOKING = [(0, -1, 0), (0, 1, 0), (0.001, -1, 0), (0, -1, 0.001), (-0.03, -1, 0.01), (0.04, 1, -0.01), (1, -2, 3)]
+
+
+@pytest.mark.parametrize("direction", LOOKING)
+def test_what_looks_at_a_point_does_so_as_in_a_scene_file(tmp_path, field, direction):
+    at, to = np.array([3.0, 20.0, -7.0]), np.array([3.0, 20.0, -7.0]) + 10 * np.array(direction)
+    path = tmp_path / "looking.ron"
+    path.write_text(f"""(entities: [
+        (name: "eye", camera: (), transform: (translation: {tuple(map(float, at))}, look_at: {tuple(map(float, to))})),
+    ])""")
+    theirs = relief.Sim(path)["eye"].world_from_entity
+    for ours in (field.add_camera("a", at=at, look_at=to), field.spawn_light(relief.Light.spot(1), at, look_at=to)):
+        # Places of single floats: 2⁻²² metres of 20, 10 metres and (at 0.001) 0.01 metres beside the pole away.
+        np.testing.assert_allclose(ours.world_from_entity, theirs, atol=1e-4)
+
+
+def test_what_looks_down_has_its_top_as_far_up_as_can_be(field):
+    def axes(direction):
+        looking = field.add_camera("a", at=(0, 9, 0), look_at=np.add((0, 9, 0), direction)).transform
+        # A camera's entity has +X to the right, +Y to the top of the picture, and looks along −Z.
+        return looking[:3, 0], looking[:3, 1], -looking[:3, 2]
+
+    # The nearer to straight down, the same: the top is where it is looked to, to the right its right.
+    for lean in (1.0, 0.1, 0.04, 0.01, 1e-3, 1e-5):
+        for around in np.linspace(0, 2 * np.pi, 7):
+            way = np.array([np.sin(around), 0, np.cos(around)])
+            for down in (-1, 1):
+                right, top, forward = axes(lean * way + (0, down, 0))
+                expected = np.add(lean * way, (0, down, 0)) / np.hypot(lean, 1)
+                # From places of single floats.
+                np.testing.assert_allclose(forward, expected, atol=1e-6)
+                np.testing.assert_allclose(right, np.cross(way, (0, 1, 0)), atol=1e-6)
+                np.testing.assert_allclose(top, np.cross(right, forward), atol=1e-6)
+    # Straight down and up, as with pitch and a yaw of 0.
+    for down, pitch in ((-1, -np.pi / 2), (1, np.pi / 2)):
+        found = np.array(axes((0, down, 0)))
+        np.testing.assert_allclose(found, [(-1, 0, 0), (0, 0, -down), (0, down, 0)], atol=1e-6)
+        turned = field.add_camera("b", at=(0, 9, 0), pitch=pitch).transform
+        np.testing.assert_allclose(np.array([turned[:3, 0], turned[:3, 1], -turned[:3, 2]]), found, atol=1e-6)

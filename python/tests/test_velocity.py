@@ -26,6 +26,15 @@ def test_a_car_reaches_the_speed_and_the_yaw_rate(field, speed, yaw_rate):
     assert turned / 0.5 == pytest.approx(yaw_rate, rel=1e-3, abs=1e-6)
 
 
+def test_numbers_of_a_type_are_its_own(field):
+    car = VelocityController.of_type(field.vehicle_type("car"), gain=3)
+    # The default has them rounded to three digits.
+    for name in ("wheelbase", "steering_degrees", "acceleration", "braking"):
+        assert getattr(car, name) == pytest.approx(getattr(CAR, name), rel=1e-3)
+    assert car.gain == 3
+    assert VelocityController.of_type(field.vehicle_type("truck")).wheelbase > 3
+
+
 def test_a_car_stops_and_stays_and_turns_back(field):
     car = field.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
     car.drive(throttle=1.0, steer=0.5)

@@ -171,7 +171,7 @@ impl CameraSensor {
         }
         match self.lens {
             Lens::FieldOfView { y } if !(1e-4..=3.13).contains(&y) => {
-                return Err(format!("fov_y: expected degrees from 0.01 to 179, found {}", y.to_degrees()));
+                return Err(format!("fov_y_degrees: expected a number from 0.01 to 179, found {}", y.to_degrees()));
             }
             Lens::Orthographic { half_height } if !(1e-5..=1e6).contains(&half_height) => {
                 return Err(format!("half_height: expected metres from 1e-5 to 1e6, found {half_height}"));

@@ -128,7 +128,7 @@ impl CameraSensor {
             _ => f64::INFINITY,
         };
         if !(limit > 0.0 && (limit <= std::f64::consts::PI || limit == f64::INFINITY)) {
-            return Err(format!("expected a largest angle up to 180 degrees, found {}", limit.to_degrees()));
+            return Err(format!("largest_degrees: expected a number up to 180, found {}", limit.to_degrees()));
         }
         if !self.lens.bends() {
             return Ok(());

@@ -86,13 +86,15 @@ impl Transform {
     }
 
     /// The same, looking along a direction of the parent's coordinates, with `up` as near to its own Y as can be. A
-    /// direction without length, or with an infinite one, counts as −Z and such an `up` as Y; where the two are
-    /// parallel, any Y at a right angle is taken.
+    /// direction without length, or with an infinite one, counts as −Z and such an `up` as Y. Where the two are
+    /// parallel, it looks as if the direction were a little toward +Z: straight down with +Z above, straight up with −Z
+    /// above. Where `up` is +Z or −Z itself, any Y at a right angle is taken.
     #[must_use]
     pub fn looking_to(self, direction: Vec3, up: Vec3) -> Self {
         let back = -unit(direction).unwrap_or(Vec3::NEG_Z);
         let up = unit(up).unwrap_or(Vec3::Y);
-        let right = up.cross(back).try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
+        let right = up.cross(back).try_normalize().or_else(|| Vec3::Z.cross(up).try_normalize());
+        let right = right.unwrap_or_else(|| up.any_orthonormal_vector());
         let own_up = back.cross(right);
         self.with_rotation(Quat::from_mat3(&Mat3::from_cols(right, own_up, back)))
     }
@@ -284,8 +286,20 @@ mod tests {
         assert!(right.forward().abs_diff_eq(Vec3::X, 1e-6) && right.right().abs_diff_eq(Vec3::Z, 1e-6));
         // Nothing to go by: as it stands, or any that is at a right angle.
         assert_eq!(from.looking_to(Vec3::ZERO, Vec3::NAN), from);
-        let above = from.looking_to(Vec3::NEG_Y, Vec3::Y);
-        assert!(above.forward().abs_diff_eq(Vec3::NEG_Y, 1e-6) && above.rotation.is_normalized());
+        let above = from.looking_to(Vec3::NEG_Z, Vec3::Z);
+        assert!(above.forward().abs_diff_eq(Vec3::NEG_Z, 1e-6) && above.rotation.is_normalized());
+    }
+
+    #[test]
+    fn what_looks_straight_up_or_down_does_so_as_if_a_little_toward_z() {
+        let looking = |direction| Transform::IDENTITY.looking_to(direction, Vec3::Y);
+        for (y, up) in [(-1.0, Vec3::Z), (1.0, Vec3::NEG_Z)] {
+            let upright = looking(Vec3::new(0.0, y, 0.0));
+            assert!(upright.forward().abs_diff_eq(Vec3::Y * y, 1e-6) && upright.up().abs_diff_eq(up, 1e-6));
+            // Turned by the angle whose tangent is 1e-4, the rest is rounding.
+            let leaning = looking(Vec3::new(0.0, y, 1e-4));
+            assert!(leaning.up().abs_diff_eq(up, 1.1e-4) && leaning.right().abs_diff_eq(upright.right(), 1e-6));
+        }
     }
 
     #[test]

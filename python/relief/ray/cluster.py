@@ -52,7 +52,7 @@ def results(
     running: dict[Any, tuple[Part, int]] = {}
     done, of = 0, len(waiting)
     # So many at once that a cluster which grows has some to take; not all of 10,000, which are asked about often.
-    most = max(64, 4 * int(ray.cluster_resources().get("CPU", 1)))  # type: ignore[no-untyped-call, unused-ignore]
+    most = max(64, 4 * int(ray.cluster_resources().get("CPU", 1)))
     try:
         while waiting or running:
             while waiting and len(running) < most:

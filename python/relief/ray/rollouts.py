@@ -79,7 +79,7 @@ def policy_of(name: str) -> Policy:
     if policy is None or not callable(policy):
         raise BadInput(f"policy {name!r}: {module_name} has no function {function_name!r}")
     if module_name.partition(".")[0] != "relief":
-        ray.cloudpickle.register_pickle_by_value(module)  # type: ignore[no-untyped-call, unused-ignore]
+        ray.cloudpickle.register_pickle_by_value(module)
     return policy
 
 

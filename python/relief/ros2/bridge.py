@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, Imu, NavSatFix, PointCloud2
 
-from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture, Sensor, Sim, Vehicle
+from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture, Sim, Vehicle
 from ..velocity import VelocityController
 from . import messages
 
@@ -27,7 +27,6 @@ except ImportError:
 
 _RELIABLE = QoSProfile(depth=10)
 _LATEST = QoSProfile(depth=1)
-_PINHOLE = ("plumb_bob", (0.0,) * 5)
 
 
 class Bridge:
@@ -43,14 +42,10 @@ class Bridge:
     Args:
         sim: the world.
         node: name of the node.
-        controllers: by the names of vehicles, how each follows velocities. Others have those of a car.
-        distortion: by the names of cameras, OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, as ``add_camera`` was given them. They
-            are for ``camera_info``: captures do not tell them.
-        fisheye: the same with k1 to k4 of fisheye lenses.
+        controllers: by the names of vehicles, how each follows velocities. Others have those of their types.
 
     Raises:
-        ValueError: a name that no vehicle under manual control has, or no camera; too many coefficients, or one that is
-            not finite; two names that are one in ROS.
+        ValueError: a name that no vehicle under manual control has; two names that are one in ROS.
     """
 
     def __init__(
@@ -59,15 +54,8 @@ class Bridge:
         *,
         node: str = "relief",
         controllers: Mapping[str, VelocityController] | None = None,
-        distortion: Mapping[str, Sequence[float]] | None = None,
-        fisheye: Mapping[str, Sequence[float]] | None = None,
     ) -> None:
         self.sim = sim
-        self._lenses = _lenses(distortion or {}, fisheye or {})
-        cameras = {name for sensor in sim.sensors if sensor.kind == "camera" for name in _names(sensor)}
-        for name in self._lenses:
-            if name not in cameras:
-                raise ValueError(f'distortion and fisheye: no camera is called "{name}"')
         driven = [vehicle for vehicle in sim.vehicles if vehicle.by_hand]
         topics = _distinct_topics([vehicle.name for vehicle in driven])
         vehicles = {vehicle.name: vehicle for vehicle in driven}
@@ -79,7 +67,8 @@ class Bridge:
         self._publishers: dict[str, Any] = {}
         self._wanted: dict[str, tuple[float, float]] = {}
         self._driven = {
-            name: (vehicle, controllers.get(name, VelocityController())) for name, vehicle in vehicles.items()
+            name: (vehicle, controllers.get(name) or VelocityController.of_type(sim.vehicle_type(vehicle.type_)))
+            for name, vehicle in vehicles.items()
         }
 
         # A context of its own: what else a program does with rclpy is not touched.
@@ -122,7 +111,7 @@ class Bridge:
             frame = self._frame(name)
             places.append(messages.transform(stamp, frame, reading.world_from_sensor))
             self._publisher(TransformStamped, f"/{frame}/transform", _RELIABLE)(places[-1])
-            self._publish_reading(frame, stamp, name, reading)
+            self._publish_reading(frame, stamp, reading)
         if TFMessage is not None and places:
             self._publisher(TFMessage, "/tf", _RELIABLE)(TFMessage(transforms=places))
 
@@ -151,7 +140,7 @@ class Bridge:
         if not self._context.ok():
             raise RuntimeError("the bridge is closed")
 
-    def _publish_reading(self, frame: str, stamp: int, name: str, reading: Any) -> None:
+    def _publish_reading(self, frame: str, stamp: int, reading: Any) -> None:
         of = messages.header(stamp, frame)
         if isinstance(reading, CameraCapture):
             for output, (topic, encoding) in messages.IMAGES.items():
@@ -159,8 +148,7 @@ class Bridge:
                     picture = messages.image(of, reading[output], encoding)
                     self._sensor(Image, f"/{frame}/{topic}", picture)
             if reading.K is not None:
-                info = messages.camera_info(of, reading, *self._lenses.get(name, _PINHOLE))
-                self._sensor(CameraInfo, f"/{frame}/camera_info", info)
+                self._sensor(CameraInfo, f"/{frame}/camera_info", messages.camera_info(of, reading))
         elif isinstance(reading, LidarCapture):
             self._sensor(PointCloud2, f"/{frame}/points", messages.points(of, reading))
         elif isinstance(reading, ImuReading) and reading.valid:
@@ -198,41 +186,6 @@ class Bridge:
                 self.node.get_logger().warning(f"velocity of {name}: expected finite numbers, found {wanted}; left out")
 
         return receive
-
-
-def _lenses(
-    distortion: Mapping[str, Sequence[float]], fisheye: Mapping[str, Sequence[float]]
-) -> dict[str, tuple[str, tuple[float, ...]]]:
-    """By the names of cameras, the model of the lens in ROS and its coefficients."""
-    lenses = {}
-    for name, given in distortion.items():
-        k = _coefficients("distortion", name, given, 8)
-        lenses[name] = ("rational_polynomial", k) if any(k[5:]) else ("plumb_bob", k[:5])
-    for name, given in fisheye.items():
-        if name in lenses:
-            raise ValueError(f'camera "{name}": expected one of distortion and fisheye')
-        lenses[name] = ("equidistant", _coefficients("fisheye", name, given, 4))
-    return lenses
-
-
-def _coefficients(which: str, name: str, given: Sequence[float], most: int) -> tuple[float, ...]:
-    if len(given) > most:
-        raise ValueError(f'{which} of camera "{name}": expected at most {most} numbers, found {len(given)}')
-    if not all(map(math.isfinite, given)):
-        raise ValueError(f'{which} of camera "{name}": expected finite numbers, found {tuple(given)}')
-    return tuple(float(number) for number in given) + (0.0,) * (most - len(given))
-
-
-def _names(sensor: Sensor) -> Iterator[str]:
-    """What captures may call a sensor: its name below that of the nearest thing above it that has an ``instance``.
-    Which have one is not told, but every vehicle does."""
-    above = sensor.parent
-    while above is not None:
-        yield f"{above.name}/{sensor.name}"
-        if isinstance(above, Vehicle):
-            return
-        above = above.parent
-    yield sensor.name
 
 
 def _distinct_topics(names: Sequence[str]) -> dict[str, str]:

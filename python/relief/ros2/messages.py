@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import sys
 from array import array
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -82,23 +81,21 @@ def image(of: Header, pixels: NDArray[Any], encoding: str) -> Image:
     )
 
 
-def camera_info(of: Header, camera: CameraCapture, model: str, coefficients: Sequence[float]) -> CameraInfo:
+def camera_info(of: Header, camera: CameraCapture) -> CameraInfo:
     """The camera, as one that is no part of a stereo pair: R is the identity, P is K.
 
     Args:
         camera: one with K: not of a parallel projection.
-        model: ``plumb_bob``, ``rational_polynomial`` or ``equidistant``.
-        coefficients: of OpenCV, in its order.
     """
-    assert camera.K is not None
+    assert camera.K is not None and camera.D is not None and camera.distortion_model is not None
     k = np.asarray(camera.K, dtype=np.float64)
     width, height = camera.size
     return CameraInfo(
         header=of,
         height=height,
         width=width,
-        distortion_model=model,
-        d=[float(number) for number in coefficients],
+        distortion_model=camera.distortion_model,
+        d=camera.D.tolist(),
         k=k.ravel(),
         r=np.eye(3).ravel(),
         p=np.hstack([k, np.zeros((3, 1))]).ravel(),
@@ -136,25 +133,32 @@ def points(of: Header, lidar: LidarCapture) -> PointCloud2:
 
 
 def imu(of: Header, reading: ImuReading) -> Imu:
-    """A reading of an IMU. There is no orientation; other covariances are 0, which says that they are unknown."""
+    """A reading of an IMU. There is no orientation; other covariances are those of its noise. 0, without noise, says in
+    ROS that they are unknown."""
+    of_force, of_rate = (sigma * sigma for sigma in reading.sigmas)
     x, y, z = reading.angular_velocity
     forward, left, up = reading.specific_force
     return Imu(
         header=of,
         orientation_covariance=[_UNKNOWN] + [0.0] * 8,
         angular_velocity=Vector3(x=x, y=y, z=z),
+        angular_velocity_covariance=_diagonal(of_rate, of_rate, of_rate),
         linear_acceleration=Vector3(x=forward, y=left, z=up),
+        linear_acceleration_covariance=_diagonal(of_force, of_force, of_force),
     )
 
 
 def fix(of: Header, reading: GnssReading) -> NavSatFix:
-    """A place on Earth (WGS 84): degrees, metres above the ellipsoid. Its covariance is unknown."""
+    """A place on Earth (WGS 84): degrees, metres above the ellipsoid. Its covariance is that of its noise."""
+    horizontal, vertical = (sigma * sigma for sigma in reading.sigmas)
     return NavSatFix(
         header=of,
         status=NavSatStatus(status=NavSatStatus.STATUS_FIX, service=NavSatStatus.SERVICE_GPS),
         latitude=reading.latitude,
         longitude=reading.longitude,
         altitude=reading.altitude,
+        position_covariance=_diagonal(horizontal, horizontal, vertical),
+        position_covariance_type=NavSatFix.COVARIANCE_TYPE_KNOWN,
     )
 
 
@@ -191,6 +195,11 @@ def quaternion(turn: NDArray[np.float64]) -> tuple[float, float, float, float]:
     row = products[int(np.argmax(np.diag(products)))]
     x, y, z, w = (float(number) for number in row / np.linalg.norm(row))
     return x, y, z, w
+
+
+def _diagonal(x: float, y: float, z: float) -> list[float]:
+    """A matrix (3, 3), row by row."""
+    return [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 
 
 def _bytes(values: NDArray[Any]) -> array[int]:
