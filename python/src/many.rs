@@ -98,6 +98,9 @@ pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capt
 #[pyo3(signature = (sims, sensor))]
 pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
     let (sims, sensor) = (worlds("sims", sims)?, required::<String>("sensor", sensor)?);
+    if sims.is_empty() {
+        return Err(Failure::value("sims: expected at least one").into());
+    }
     let (captures, steps) = with_all(py, &sims, |worlds| {
         let mut cameras = Vec::with_capacity(worlds.len());
         let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
@@ -160,7 +163,8 @@ pub fn adapter(py: Python<'_>) -> PyResult<String> {
     Ok(py.detach(|| device::with_drawing(|drawing| Ok(drawing.gpu().name())))?)
 }
 
-/// How many threads the steps of worlds are shared out over; counts before the first world only.
+/// How many threads the steps of worlds are shared out over: 1 to 1024, set before the first world. Raises ValueError
+/// where the process has others already.
 #[pyfunction]
 pub fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
     let threads: usize = required("threads", threads)?;
@@ -168,6 +172,11 @@ pub fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
     if !(1..=1024).contains(&threads) {
         return Err(Failure::value(format!("threads: expected 1 to 1024, found {threads}")).into());
     }
-    relief::systems::set_threads(Some(threads));
-    Ok(())
+    match relief::systems::set_threads(Some(threads)) {
+        own if own == threads => Ok(()),
+        own => {
+            let message = format!("threads: expected to be set before the first world; they are {own} in this process");
+            Err(Failure::value(message).into())
+        }
+    }
 }

@@ -9,6 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::name;
+use relief::sensors::{sensor_name_on, sensor_names};
 use relief::systems::draw::Intrinsics;
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
@@ -54,8 +55,10 @@ impl Mounting {
             return Err(Failure::value("name: expected one, by which captures call the sensor").into());
         }
         let id = shared.with(py, move |world| {
-            if let Some(parent) = parent {
-                world.entity(parent)?;
+            let on = parent.map(|parent| world.entity(parent)).transpose()?;
+            let full = sensor_name_on(&world.simulation.world, on, name.clone());
+            if sensor_names(&mut world.simulation.world).iter().any(|(other, _)| *other == full) {
+                return Err(Failure::value(format!("name: there is a sensor {full:?}")));
             }
             if matches!(sensor.kind, SensorKind::Gnss(_))
                 && world.simulation.world.get_resource::<GeoOrigin>().is_none()

@@ -7,6 +7,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::export::ros::Distortion;
+use relief::sensors::sensor_name;
 use relief::systems::draw::Intrinsics;
 use relief::systems::sensors::{
     self, CameraSensor, GnssNoise, GnssSensor, ImageNoise, ImuSensor, Lens, LidarNoise, LidarSensor, SensorKind,
@@ -71,6 +72,17 @@ impl Sensor {
             SensorKind::Gnss(_) => "gnss",
             SensorKind::Collision(_) => "collision",
             SensorKind::Lane(_) => "lane",
+        })
+    }
+
+    /// The name by which captures call it: its own, below that of the thing that it is mounted on, such as "ego/front".
+    #[getter]
+    fn full_name(own: PyRef<'_, Self>) -> PyResult<String> {
+        let entity: &Entity = own.as_super();
+        let id = entity.id;
+        entity.with(own.py(), move |world| {
+            let sensor = world.entity(id)?;
+            Ok(sensor_name(&world.simulation.world, sensor))
         })
     }
 

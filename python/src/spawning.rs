@@ -2,7 +2,7 @@
 
 use crate::arguments::{Given, optional, required, wrong_type};
 use crate::entity::{Entity, Kind, wrap_as};
-use crate::errors::Failure;
+use crate::errors::{Failure, Outcome};
 use crate::light::{Light, refuse_turned};
 use crate::mounting::{CameraArguments, add_gnss, add_imu, add_lidar};
 use crate::sim::Sim;
@@ -19,8 +19,12 @@ use relief::systems::vehicles::{Controls, OnRoute, VehicleTypes};
 use std::sync::Arc;
 
 /// A name that is given, else the kind and the number that comes next.
-fn named(given: Option<String>, kind: &str, next: StateId) -> String {
-    given.unwrap_or_else(|| format!("{kind} {}", next.0 + 1))
+fn named(given: Option<String>, kind: &str, next: StateId) -> Outcome<String> {
+    match given {
+        Some(name) if name.is_empty() => Err(Failure::value("name: expected one, or None")),
+        Some(name) => Ok(name),
+        None => Ok(format!("{kind} {}", next.0 + 1)),
+    }
 }
 
 fn next_id(world: &World) -> StateId {
@@ -97,7 +101,7 @@ impl Sim {
                 let known = known.join(", ");
                 return Err(Failure::value(format!("unknown vehicle type {kind:?}{hint}; expected one of: {known}")));
             }
-            let name = named(name, &kind, next_id(world));
+            let name = named(name, &kind, next_id(world))?;
             let on_route = route.map(|route| on_route(world, &route, lane, along)).transpose()?;
             if on_route.is_some() == is_placed {
                 return Err(Failure::value("expected one of at and route"));
@@ -149,7 +153,7 @@ impl Sim {
         refuse_turned(&light.0, &placing)?;
         let name = optional::<String>("name", name)?;
         let id = self.with(py, move |world| {
-            let name = named(name, "light", next_id(world));
+            let name = named(name, "light", next_id(world))?;
             let transform = placing.transform(world.origin(), Facing::Backward);
             world.spawn(Spawn::Light { name, transform, light: light.0 })
         })?;
@@ -196,7 +200,7 @@ impl Sim {
             if of.0 >= registry.scene_len() {
                 return Err(Failure::value("like: expected an entity that the scene began with"));
             }
-            let name = named(name, "copy", next_id(world));
+            let name = named(name, "copy", next_id(world))?;
             let transform = placing.transform(world.origin(), Facing::Forward).with_scale(scale);
             world.spawn(Spawn::Copy { name, transform, of })
         })?;

@@ -152,3 +152,50 @@ def test_a_sheared_matrix_is_refused(field):
     with pytest.raises(ValueError, match="right angles"):
         box.transform = sheared
     box.transform = np.diag([2.0, 1.0, 1.0, 1.0])
+
+
+def test_sensors_have_names_of_their_own(road):
+    one, two = (road.spawn_vehicle("car", at=(40 * i, 0, 0), name=f"car {i}", by_hand=True) for i in (1, 2))
+    front = one.add_camera("front", size=(8, 8))
+    assert front.name == "front" and front.full_name == "car 1/front"
+    assert two.add_camera("front", size=(8, 8)).full_name == "car 2/front"
+    assert road.add_camera("front", size=(8, 8)).full_name == "front"
+    before = road.hash()
+    with pytest.raises(ValueError, match='name: there is a sensor "car 1/front"'):
+        one.add_imu("front")
+    with pytest.raises(ValueError, match='name: there is a sensor "front"'):
+        road.add_lidar("front", beams="vlp16")
+    assert road.hash() == before
+    front.despawn()
+    assert one.add_imu("front").full_name == "car 1/front"
+    assert sorted(road.look().keys()) == ["car 1/front", "car 2/front", "front"]
+
+
+def test_names_are_not_empty(road):
+    with pytest.raises(ValueError, match="name: expected one, or None"):
+        road.spawn_vehicle("car", at=(0, 0, 0), name="")
+    with pytest.raises(ValueError, match="name: expected one, or None"):
+        road.spawn_light(relief.Light.point(intensity=1.0, range=2.0), at=(0, 1, 0), name="")
+
+
+def test_vehicles_are_not_pitched(road):
+    car = road.spawn_vehicle("car", at=(40, 0, 0))
+    for turn in ({"pitch": 0.3}, {"roll": 0.1}):
+        with pytest.raises(ValueError, match="pitch, roll: expected 0, since a vehicle stands as its ground does"):
+            car.place((41, 0, 0), **turn)
+    car.place((41, 0, 0), yaw=0.5)
+    assert car.yaw == pytest.approx(0.5, abs=1e-6)  # through float32
+
+
+def test_no_worlds_have_no_pictures():
+    with pytest.raises(ValueError, match="sims: expected at least one"):
+        relief.capture([], "front")
+
+
+def test_threads_are_set_before_worlds():
+    """In a process of its own."""
+    program = "import relief; relief.set_threads(3); relief.Sim(); relief.set_threads(3); relief.set_threads(2)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 1
+    last = "ValueError: threads: expected to be set before the first world; they are 3 in this process"
+    assert done.stderr.strip().endswith(last), done.stderr

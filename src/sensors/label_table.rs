@@ -87,9 +87,14 @@ pub(super) fn own_and_above(world: &World, entity: Entity) -> impl Iterator<Item
     std::iter::successors(Some(entity), parent).take(MOST_ABOVE)
 }
 
+/// The thing that an entity is, or is part of.
+pub(super) fn thing_of(world: &World, entity: Entity) -> Option<Entity> {
+    own_and_above(world, entity).find(|&above| world.get::<Instance>(above).is_some())
+}
+
 /// The thing that a sensor is on.
 pub(super) fn mounted_on(world: &World, sensor: Entity) -> Option<Entity> {
-    own_and_above(world, sensor).skip(1).find(|&above| world.get::<Instance>(above).is_some())
+    world.get::<ChildOf>(sensor).and_then(|on| thing_of(world, on.parent()))
 }
 
 /// The number of an entity in outputs.

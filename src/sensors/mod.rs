@@ -104,4 +104,4 @@ pub(crate) use merge::{PartFiles, is_of_run, merge};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::SensorSuite;
-pub use world_sensors::{WorldSensors, sensor_names};
+pub use world_sensors::{WorldSensors, sensor_name, sensor_name_on, sensor_names};

@@ -4,7 +4,7 @@ use super::boxes::Boxes;
 use super::camera::{self, CameraPlan};
 use super::capture::{Capture, LidarCapture, SensorCapture, SensorData};
 use super::drawing::Drawing;
-use super::label_table::{LabelTable, mounted_on, number};
+use super::label_table::{LabelTable, mounted_on, number, thing_of};
 use super::lens_map::LensMaps;
 use super::lidar::{self, Pose};
 use super::motion::{self, Moment, Track};
@@ -72,10 +72,18 @@ pub fn sensor_names(world: &mut World) -> Vec<(String, Entity)> {
 }
 
 /// A sensor's own name below that of the thing that it is mounted on.
-fn sensor_name(world: &World, sensor: Entity) -> String {
+pub fn sensor_name(world: &World, sensor: Entity) -> String {
     let own = world.get::<Name>(sensor).map(|name| name.as_str().to_owned());
     let own = own.unwrap_or_else(|| format!("sensor {}", number(world, sensor)));
-    mounted_on(world, sensor).map_or(own.clone(), |above| format!("{}/{own}", name::of_entity(world, above)))
+    sensor_name_on(world, world.get::<ChildOf>(sensor).map(ChildOf::parent), own)
+}
+
+/// That of a sensor with an own name, if it were mounted on a parent; or on nothing.
+pub fn sensor_name_on(world: &World, parent: Option<Entity>, own: String) -> String {
+    match parent.and_then(|parent| thing_of(world, parent)) {
+        Some(thing) => format!("{}/{own}", name::of_entity(world, thing)),
+        None => own,
+    }
 }
 
 impl WorldSensors {

@@ -6,16 +6,18 @@
 use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 use std::sync::Mutex;
 
-/// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
-/// [`Simulation`](crate::Simulation) makes it if nothing did. Results are the same for any number.
-pub fn set_threads(threads: Option<usize>) {
-    ComputeTaskPool::get_or_init(|| {
+/// Sets the number of worker threads of this process; `None`: one per core. Returns how many there are: only the first
+/// call counts, and the first [`Simulation`](crate::Simulation) makes it if nothing did. Results are the same for any
+/// number.
+pub fn set_threads(threads: Option<usize>) -> usize {
+    let pool = ComputeTaskPool::get_or_init(|| {
         let builder = TaskPoolBuilder::new().thread_name("relief".into());
         match threads {
             Some(threads) => builder.num_threads(threads).build(),
             None => builder.build(),
         }
     });
+    pool.thread_num()
 }
 
 /// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
