@@ -224,8 +224,8 @@ outputs! { CameraCapture {
             self.intrinsics.map(|_| coefficients(py, &self.lens))
         }
 
-        /// "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls what `D` has. ``None`` where the projection
-        /// is parallel.
+        /// "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls what `D` has. ``None`` where the
+        /// projection is parallel.
         #[getter]
         fn distortion_model(&self) -> Option<&'static str> {
             self.intrinsics.map(|_| model(&self.lens))

@@ -129,8 +129,8 @@ impl Sensor {
     }
 
     /// Of a camera: how its lens bends the picture, OpenCV's coefficients as its `distortion_model` has them, float64:
-    /// (k1, k2, p1, p2, k3), all 0 where nothing is bent; with k4, k5, k6 after these; or of a fisheye (k1, k2, k3, k4).
-    /// ``None`` where the projection is parallel.
+    /// (k1, k2, p1, p2, k3), all 0 where nothing is bent; with k4, k5, k6 after these; or of a fisheye (k1, k2, k3,
+    /// k4). ``None`` where the projection is parallel.
     #[getter]
     #[allow(non_snake_case)]
     fn D(own: PyRef<'_, Self>) -> PyResult<Option<Py<PyArray1<f64>>>> {

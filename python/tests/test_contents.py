@@ -1,4 +1,4 @@
-"""What there is in a world: classes, types of vehicles, what is mounted on nothing, light and look, lenses and noise."""
+"""What there is in a world: classes, types of vehicles, what is mounted on nothing, lenses and noise."""
 
 import numpy as np
 import pytest
