@@ -347,7 +347,7 @@ mod tests {
         assert!(fisheye([-0.2, 0.0, 0.0, 0.0], 70.0).check_lens().is_ok());
         let said = refusal(bent([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
         assert!(said.contains("found NaN"), "{said}");
-        assert!(refusal(fisheye([0.0; 4], 181.0)).contains("180 degrees"));
+        assert!(refusal(fisheye([0.0; 4], 181.0)).contains("largest_degrees: expected a number up to 180"));
     }
 
     #[test]
