@@ -362,7 +362,9 @@ def test_what_looks_at_a_point_does_so_as_in_a_scene_file(tmp_path, field, direc
 
 def test_what_looks_down_has_its_top_as_far_up_as_can_be(field):
     def axes(direction):
-        looking = field.add_camera("a", at=(0, 9, 0), look_at=np.add((0, 9, 0), direction)).transform
+        camera = field.add_camera("a", at=(0, 9, 0), look_at=np.add((0, 9, 0), direction))
+        looking = camera.transform
+        camera.despawn()
         # A camera's entity has +X to the right, +Y to the top of the picture, and looks along −Z.
         return looking[:3, 0], looking[:3, 1], -looking[:3, 2]
 
