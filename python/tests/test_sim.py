@@ -383,5 +383,5 @@ def test_what_looks_down_has_its_top_as_far_up_as_can_be(field):
     for down, pitch in ((-1, -np.pi / 2), (1, np.pi / 2)):
         found = np.array(axes((0, down, 0)))
         np.testing.assert_allclose(found, [(-1, 0, 0), (0, 0, -down), (0, down, 0)], atol=1e-6)
-        turned = field.add_camera("b", at=(0, 9, 0), pitch=pitch).transform
+        turned = field.add_camera(f"pitched {down}", at=(0, 9, 0), pitch=pitch).transform
         np.testing.assert_allclose(np.array([turned[:3, 0], turned[:3, 1], -turned[:3, 2]]), found, atol=1e-6)
