@@ -63,8 +63,8 @@ def environments(count: int) -> Cruise:
 
 
 def drive(env: Cruise, act: Callable[[Any], npt.NDArray[np.float32]]) -> dict[str, float]:
-    """A policy drives from all starts: how many metres along the lane, in the mean, at least and at most, how many of
-    them a second, the mean sum of rewards, and the share of starts whose lane it kept to the end."""
+    """How a policy drives from all starts. Metres along the lane are the mean, the least and the most; their speed is
+    that of all together. Rewards are the mean sum. What is kept is the share of starts whose lane is, to the end."""
     env.seed(FIRST_SEED)
     pictures: Any = env.reset()
     drives = np.ones(env.num_envs, dtype=bool)

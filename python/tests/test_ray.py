@@ -107,7 +107,7 @@ def test_bad_input_is_said_at_once(program, tmp_path):
     assert "attempt" not in errors
 
 
-POLICY = """import os, pathlib, time
+POLICY = """import os, pathlib, threading, time
 
 STOP = pathlib.Path({stop!r})
 
@@ -122,6 +122,13 @@ def drive(observations, random):
 
 def fails(observations, random):
     return {{}}["way"]
+
+
+LOCK = threading.Lock()
+
+
+def locked(observations, random):
+    return LOCK
 """
 
 
@@ -173,7 +180,101 @@ def test_rollouts_of_a_killed_worker_and_a_cut_file_are_those_of_one_process(tmp
         (["--policy", "own:nothing"], "policy 'own:nothing': own has no function 'nothing'"),
         (["--policy", "nowhere:drive"], "No module named 'nowhere'"),
         (["--policy", "own:fails", "-o", str(tmp_path / "other")], "own.py:15: KeyError: 'way'"),
+        (["--policy", "own:locked"], "policy 'own:locked': cannot be sent to workers: cannot pickle '_thread.lock'"),
         (["--policy", "own:drive", "-o", str(tmp_path)], "expected a new or empty folder"),
+        (["-o", str(tmp_path / "large"), "--size", "4097x1"], "error: size: expected 1 to 4096 pixels"),
+        (["-o", str(tmp_path / "far"), "--seed", str(2**63)], "argument --seed: invalid number of 0 to 46116"),
+        (["-o", str(tmp_path / "whole"), "--gpus", "1.5"], "argument --gpus: invalid share"),
+        (["-o", str(tmp_path / "nan"), "--gpus", "nan"], "argument --gpus: invalid share"),
+        (["-o", str(tmp_path / "own"), "--address", "auto"], "not allowed with argument"),
+        # Nobody adds such a machine to a cluster of this one.
+        (["-o", str(tmp_path / "slow"), "--cpus", "3"], "error: no machine has 3 CPUs and 0 GPUs, which a task takes"),
     ]:
         code, _, errors = ended(*options, *more, cwd=tmp_path)
         assert code == 2 and words in errors, errors
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="skipped: looks for processes in /proc")
+def test_interrupted_rollouts_end_with_their_cluster_and_go_on(tmp_path):
+    needed("gymnasium")
+    stop, folder = tmp_path / "stop", tmp_path / "of two words"
+    (tmp_path / "own.py").write_text(POLICY.format(stop=str(stop)))
+    options = ["rollouts", "relief/LaneFollow-v0", "-o", folder.name, "--size", "16x12", "--steps", "3"]
+    options += ["--episodes", "2", "--policy", "own:drive"]
+    running = driver(*options, cwd=tmp_path)
+    try:
+        worker = Path("/proc", wait_for(lambda: stop.exists() and stop.read_text()))
+        running.send_signal(signal.SIGINT)
+        _, errors = running.communicate(timeout=120)
+    finally:
+        running.kill()
+    assert running.returncode == 130, errors
+    assert errors.endswith("interrupted; the same command goes on\n") and "Traceback" not in errors
+    wait_for(lambda: not worker.exists())
+    # What a killed worker left is removed when nothing can write to it any more.
+    old, new = (folder / "episodes" / f"000000.npz.{name}.part" for name in ("old", "new"))
+    for path in (old, new):
+        path.write_bytes(b"PK")
+    os.utime(old, (time.time() - 90_000,) * 2)
+    code, said, errors = ended(*options, cwd=tmp_path)
+    assert code == 0 and f"{folder}: 2 episodes, 6 steps" in said, errors
+    assert not old.exists() and new.exists()
+
+
+def test_of_drivers_that_begin_at_once_one_claims_the_folder(tmp_path, monkeypatch):
+    needed("gymnasium")
+    from relief.ray.cluster import BadInput
+    from relief.ray.rollouts import Settings, claim
+
+    own, other = (Settings("relief/LaneFollow-v0", "own:drive", seed=seed) for seed in (0, 1))
+    folder = tmp_path / "data"
+    claim(folder, own)
+    first = (folder / "rollouts.json").read_bytes()
+    # The other has looked before this one wrote.
+    monkeypatch.setattr(Path, "exists", lambda path: False)
+    monkeypatch.setattr(Path, "iterdir", lambda path: iter(()))
+    with pytest.raises(BadInput, match="has episodes of seed 0, not 1"):
+        claim(folder, other)
+    claim(folder, own)
+    assert (folder / "rollouts.json").read_bytes() == first
+
+
+def test_a_new_cluster_is_one_of_its_own(monkeypatch):
+    import ray
+    from relief.ray.cluster import BadInput, connect
+
+    asked = []
+    monkeypatch.setattr(ray, "init", lambda address, **options: asked.append((address, options)))
+    monkeypatch.setattr(ray, "nodes", lambda: [{"Alive": True, "Resources": {"CPU": 2.0}}])
+    connect(None, 2, cpus=2, gpus=0)
+    connect("auto", None, cpus=1, gpus=0)
+    # Others may add a machine to theirs.
+    connect("auto", None, cpus=3, gpus=0)
+    assert [(address, options.get("num_cpus")) for address, options in asked] == [
+        ("local", 2), ("auto", None), ("auto", None),
+    ]  # fmt: skip
+    for cpus, gpus in [(3, 0), (1, 0.5)]:
+        with pytest.raises(BadInput, match=f"no machine has {cpus} CPUs and {gpus} GPUs"):
+            connect(None, 2, cpus=cpus, gpus=gpus)
+
+    def refuse(address, **options):
+        raise ConnectionError("Could not find any running Ray instance.\nMore of it.")
+
+    monkeypatch.setattr(ray, "init", refuse)
+    with pytest.raises(BadInput, match="^address 'auto': Could not find any running Ray instance.$"):
+        connect("auto", None, cpus=1, gpus=0)
+
+
+def test_the_program_is_found_from_any_folder(tmp_path, monkeypatch):
+    from relief.ray import __main__ as command
+
+    (tmp_path / "job").mkdir()
+    (tmp_path / "job/shards.json").write_text('{"shards": [0]}')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command, "connect", lambda *of, **takes: None)
+    asked = []
+    monkeypatch.setattr(command, "render", lambda job, shards, relief, **options: asked.append((job, relief)))
+    monkeypatch.setattr(command, "merge", lambda job, output, relief, more: (0, ""))
+    assert command.main(["render", "job", "--relief", "bin/relief"]) == 0
+    assert command.main(["render", "job"]) == 0
+    assert asked == [(str(tmp_path / "job"), str(tmp_path / "bin/relief")), (str(tmp_path / "job"), "relief")]

@@ -109,4 +109,12 @@ def test_errors():
     with pytest.raises(ValueError, match=r"actions: expected shape \(2, 2\), found \(2,\)"):
         list(worlds.episodes(lambda seen, random: np.zeros(2), [1, 2]))
     assert list(worlds.episodes(at_random, [])) == []
+    with pytest.raises(ValueError, match="most_steps: expected at least 1, found 0"):
+        list(worlds.episodes(at_random, [1], most_steps=0))
+    # A call that has given its worlds to the next one does not go on in them.
+    first = worlds.episodes(at_random, [1, 2, 3], most_steps=2)
+    next(first)
+    assert len(list(worlds.episodes(at_random, [4, 5], most_steps=2))) == 2
+    with pytest.raises(RuntimeError, match="another call of episodes"):
+        list(first)
     worlds.close()

@@ -6,8 +6,9 @@ are Minari's: ``minari.data_collector.EpisodeBuffer`` takes them as they are.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-import os
+import secrets
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -31,12 +32,24 @@ def at_random(observations: Any, random: Sequence[np.random.Generator]) -> npt.N
     return np.stack([own.uniform(-1.0, 1.0, 2).astype(np.float32) for own in random])
 
 
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Where a file is written until it is whole, and then takes its place. No other process, on any machine, has it."""
+    part = path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
 @dataclasses.dataclass(frozen=True)
 class Rollout:
     """An episode of T steps.
 
-    ``observations``: (T + 1, …), or a dictionary of such; ``actions``: float32 (T, 2); ``rewards``: float64 (T,);
-    ``terminations`` and ``truncations``: bool (T,), true at the end alone; ``infos``: float64 (T,) of each name.
+    ``observations``: (T + 1, …), or a dictionary of such; ``actions``: float32 (T, 2), as the policy gave them: what is
+    beyond −1 or 1 acts as these; ``rewards``: float64 (T,); ``terminations`` and ``truncations``: bool (T,), true at
+    the end alone; ``infos``: float64 (T,) of each name.
     """
 
     seed: int
@@ -54,13 +67,8 @@ class Rollout:
             value = getattr(self, field.name)
             named = {f"{field.name}/{key}": own for key, own in value.items()} if isinstance(value, dict) else None
             arrays.update({field.name: value} if named is None else named)
-        part = path.with_name(f"{path.name}.{os.getpid()}.part")
-        try:
-            with open(part, "wb") as file:
-                np.savez_compressed(file, **arrays)
-            part.replace(path)
-        finally:
-            part.unlink(missing_ok=True)
+        with whole_file(path) as part, open(part, "wb") as file:
+            np.savez_compressed(file, **arrays)
 
 
 def read(path: Path) -> Rollout:
@@ -128,16 +136,24 @@ class Worlds:
         self.task = task_of(task, **options)
         first = self.task.load()
         self._sims = [first, *(first.fresh() for _ in range(together - 1))]
+        #: Of the call that drives in them.
+        self._turn = object()
 
     def episodes(self, policy: Policy, seeds: Iterable[int], *, most_steps: int | None = None) -> Iterator[Rollout]:
         """Episodes that begin with seeds, in the order in which they end. As soon as one has ended, the next begins.
 
         The episode of a seed is that of an environment which was reset with it. ``most_steps``: after so many an
-        episode is truncated. Raises ValueError for actions that are none.
+        episode is truncated. Raises ValueError for actions that are none; RuntimeError where the next call has taken
+        the worlds before all episodes of this one were there.
         """
+        if most_steps is not None and most_steps < 1:
+            raise ValueError(f"most_steps: expected at least 1, found {most_steps}")
+        turn = self._turn = object()
         waiting, idle = deque(seeds), list(reversed(self._sims))
         running: list[_Run] = []
         while waiting or running:
+            if turn is not self._turn:
+                raise RuntimeError("another call of episodes() drives in these worlds")
             begun = [self._begin(idle.pop(), waiting.popleft()) for _ in range(min(len(waiting), len(idle)))]
             for run, capture in zip(begun, relief.capture_due([run.episode.sim for run in begun]) if begun else []):
                 run.observations.append(self.task.observe(run.episode, capture))

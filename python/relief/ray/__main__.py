@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -14,8 +15,13 @@ except ImportError:
     print("error: no Ray; expected pip install '.[ray]'", file=sys.stderr)
     sys.exit(2)
 
-from .cluster import BadInput, TaskError
+from .cluster import BadInput, TaskError, connect
 from .shards import BAD_INPUT, INCOMPLETE, count_of_shards, merge, render
+
+#: Exit code of programs that the keyboard has interrupted: 128, and the number of the signal.
+INTERRUPTED = 130
+#: Of a first episode: files hold seeds of 64 bits, and more episodes follow.
+MOST_SEED = 2**62
 
 
 def _show(things: str) -> Callable[[int, int], None]:
@@ -26,12 +32,14 @@ def _show(things: str) -> Callable[[int, int], None]:
 def _render(args: argparse.Namespace) -> int:
     job = str(Path(args.job).absolute())
     count = count_of_shards(job)
+    # Workers have folders of their own. A bare name is looked for in the path.
+    relief = str(Path(args.relief).absolute()) if os.sep in args.relief else args.relief
     _connect(args)
     code = INCOMPLETE
     for _ in range(args.rounds):
         # Those that are whole are no more than checked.
-        render(job, range(count), args.relief, cpus=args.cpus, gpus=args.gpus, report=_show("shards"))
-        code, said = merge(job, args.output, args.relief, ["--mixed"] if args.mixed else [])
+        render(job, range(count), relief, cpus=args.cpus, gpus=args.gpus, report=_show("shards"))
+        code, said = merge(job, args.output, relief, ["--mixed"] if args.mixed else [])
         if said:
             print(said, file=sys.stderr, flush=True)
         if code != INCOMPLETE:
@@ -66,7 +74,7 @@ def _rollouts(args: argparse.Namespace) -> int:
 
 def _connect(args: argparse.Namespace) -> None:
     """To the cluster asked for, or to one of this machine."""
-    ray.init(log_to_driver=False, **({"address": args.address} if args.address else {"num_cpus": args.workers}))
+    connect(args.address, args.workers, cpus=args.cpus, gpus=args.gpus)
 
 
 def _count(text: str) -> int:
@@ -78,7 +86,22 @@ def _count(text: str) -> int:
 
 def _seed(text: str) -> int:
     value = int(text)
-    if value < 0:
+    if not 0 <= value <= MOST_SEED:
+        raise ValueError
+    return value
+
+
+def _share(text: str) -> float:
+    """Of processors or GPUs, as Ray takes it."""
+    value = float(text)
+    if not (0.0 <= value <= 1.0 or value > 1.0 and value.is_integer()):
+        raise ValueError
+    return value
+
+
+def _cpus(text: str) -> float:
+    value = _share(text)
+    if value == 0.0:
         raise ValueError
     return value
 
@@ -91,15 +114,17 @@ def _size(text: str) -> tuple[int, int]:
 
 
 # What argparse calls them where they are something else.
-_count.__name__, _seed.__name__, _size.__name__ = "number of at least 1", "number of at least 0", "WIDTHxHEIGHT"
+_count.__name__, _seed.__name__, _size.__name__ = "number of at least 1", f"number of 0 to {MOST_SEED}", "WIDTHxHEIGHT"
+_share.__name__, _cpus.__name__ = "share (0 to 1) or whole number", "share (above 0, up to 1) or whole number"
 
 
 def main(arguments: list[str] | None = None) -> int:
     """The command line. Returns the exit code."""
     cluster = argparse.ArgumentParser(add_help=False)
-    cluster.add_argument("--address", help="of the cluster: auto, HOST:PORT, ray://… [default: one on this machine]")
-    cluster.add_argument("--workers", type=_count, help="CPUs of the cluster on this machine [default: all]")
-    cluster.add_argument("--gpus", type=float, default=0, help="GPUs that a task takes [default: 0]")
+    which = cluster.add_mutually_exclusive_group()
+    which.add_argument("--address", help="of the cluster: auto, HOST:PORT, ray://… [default: one on this machine]")
+    which.add_argument("--workers", type=_count, help="CPUs of the cluster on this machine [default: all]")
+    cluster.add_argument("--gpus", type=_share, default=0, help="GPUs that a task takes [default: 0]")
     parser = argparse.ArgumentParser(prog="python -m relief.ray", description="Work for a Ray cluster")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
@@ -109,7 +134,7 @@ def main(arguments: list[str] | None = None) -> int:
     of_render.set_defaults(command=_render)
     of_render.add_argument("job", help="folder that relief split has made, seen by all machines")
     of_render.add_argument("-o", "--output", help="folder of what is put together [default: merged, in the job's]")
-    of_render.add_argument("--cpus", type=float, default=1, help="CPUs that a shard takes [default: 1]")
+    of_render.add_argument("--cpus", type=_cpus, default=1, help="CPUs that a shard takes [default: 1]")
     of_render.add_argument("--relief", default="relief", help="the program, on all machines [default: relief]")
     of_render.add_argument("--rounds", type=_count, default=3, help="how often damaged ones are rendered [default: 3]")
     of_render.add_argument("--mixed", action="store_true", help="take shards of different kinds of machines")
@@ -142,6 +167,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (TaskError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return INTERRUPTED
     finally:
         ray.shutdown()
 

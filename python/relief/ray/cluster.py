@@ -27,6 +27,34 @@ class TaskError(RuntimeError):
     """A part that could not be done, with the message of its last attempt."""
 
 
+def connect(address: str | None, workers: int | None, *, cpus: float, gpus: float) -> None:
+    """Connects to the cluster of an address, or to a new one of this machine's processors.
+
+    Args:
+        address: as ``ray.init`` takes it; ``None``: a new cluster, also where another runs.
+        workers: processors of the new cluster; ``None``: all.
+        cpus, gpus: what a task takes of a machine. A cluster that others look after may get such a machine later; a new
+            one does not.
+
+    Raises:
+        BadInput: no cluster is there, or the new one is too small for a task.
+    """
+    try:
+        if address:
+            ray.init(address, log_to_driver=False)
+        else:
+            # A new one, whatever runs on this machine or stands in RAY_ADDRESS.
+            ray.init("local", num_cpus=workers, log_to_driver=False)
+    except (ConnectionError, ValueError) as error:
+        raise BadInput(f"address {address or 'local'!r}: {str(error).splitlines()[0]}") from None
+    machines = [node["Resources"] for node in ray.nodes() if node["Alive"]]
+    if not any(own.get("CPU", 0) >= cpus and own.get("GPU", 0) >= gpus for own in machines):
+        said = f"no machine has {cpus:g} CPUs and {gpus:g} GPUs, which a task takes"
+        if not address:
+            raise BadInput(said)
+        print(f"waiting: {said}", file=sys.stderr, flush=True)
+
+
 def results(
     parts: Iterable[Part],
     start: Callable[[Part], Any],

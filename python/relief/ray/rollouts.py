@@ -7,14 +7,15 @@ may be gone on with: episodes that are there and whole stay.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import functools
 import importlib
 import importlib.metadata
 import json
-import os
 import sys
+import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -23,9 +24,13 @@ import ray
 
 import relief
 
-from ..envs.rollouts import Policy, Rollout, Worlds, read
+from ..envs.rollouts import Policy, Rollout, Worlds, read, whole_file
 from ..envs.tasks import TASKS
 from .cluster import LOST_WORKERS, BadInput, results
+
+
+#: Seconds after which nothing writes to a file any more.
+ABANDONED = 24 * 3600.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,6 +85,10 @@ def policy_of(name: str) -> Policy:
         raise BadInput(f"policy {name!r}: {module_name} has no function {function_name!r}")
     if module_name.partition(".")[0] != "relief":
         ray.cloudpickle.register_pickle_by_value(module)
+    try:
+        ray.cloudpickle.dumps(policy)
+    except Exception as error:
+        raise BadInput(f"policy {name!r}: cannot be sent to workers: {error}") from None
     return policy
 
 
@@ -169,11 +178,10 @@ def rollouts(
         print(f"warning: pictures of different adapters: {', '.join(sorted(adapters))}", file=sys.stderr)
     summaries.sort(key=lambda summary: summary.episode)
     names = [field.name for field in dataclasses.fields(Summary)]
-    with open(folder / "episodes.csv.part", "w", encoding="utf-8", newline="") as file:
+    with whole_file(folder / "episodes.csv") as part, open(part, "w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, names, lineterminator="\n")
         writer.writeheader()
         writer.writerows({**dataclasses.asdict(summary), "reward": round(summary.reward, 6)} for summary in summaries)
-    os.replace(folder / "episodes.csv.part", folder / "episodes.csv")
     return summaries
 
 
@@ -183,13 +191,23 @@ def claim(folder: Path, settings: Settings) -> None:
     if settings.environment not in TASKS:
         raise BadInput(f"unknown environment {settings.environment!r}; expected one of: {', '.join(TASKS)}")
     try:
+        TASKS[settings.environment](size=settings.size)
+    except ValueError as error:
+        raise BadInput(str(error)) from None
+    try:
         version = importlib.metadata.version("relief")
     except importlib.metadata.PackageNotFoundError:
         version = "unknown"
     told = json.dumps({"relief": version, **dataclasses.asdict(settings)}, indent=4) + "\n"
-    path = folder / "rollouts.json"
+    path, episodes = folder / "rollouts.json", folder / "episodes"
     folder.mkdir(parents=True, exist_ok=True)
-    if path.exists():
+    if any(folder.iterdir()) and not path.exists():
+        raise BadInput(f"{folder}: expected a new or empty folder, or one of rollouts")
+    try:
+        # Of several that begin at once, one writes it.
+        with open(path, "x", encoding="utf-8") as file:
+            file.write(told)
+    except FileExistsError:
         try:
             known = dict(json.loads(path.read_text(encoding="utf-8")))
         except (ValueError, TypeError):
@@ -198,7 +216,9 @@ def claim(folder: Path, settings: Settings) -> None:
         differ = [f"{name} {known.get(name)!r}, not {own!r}" for name, own in wanted.items() if known.get(name) != own]
         if differ:
             raise BadInput(f"{folder}: has episodes of {', '.join(differ)}; expected the same, or another folder")
-    elif any(folder.iterdir()):
-        raise BadInput(f"{folder}: expected a new or empty folder, or one of rollouts")
-    (folder / "episodes").mkdir(exist_ok=True)
-    path.write_text(told, encoding="utf-8")
+    episodes.mkdir(exist_ok=True)
+    for part in episodes.glob("*.part"):
+        # What was killed could not tidy up; what is younger may be written still.
+        with contextlib.suppress(FileNotFoundError):
+            if time.time() - part.stat().st_mtime > ABANDONED:
+                part.unlink()
