@@ -4,7 +4,16 @@
 //! runs, some ten thousand lines of its own; so there is one, which runs numbers.
 
 use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
+use std::cell::Cell;
 use std::sync::Mutex;
+
+/// So many parts for each thread keep all busy, whatever each takes.
+const ENOUGH: usize = 4;
+
+thread_local! {
+    /// Whether this thread does one of enough parts: its own parts are shared out no further.
+    static IS_BUSY: Cell<bool> = const { Cell::new(false) };
+}
 
 /// Sets the number of worker threads of this process; `None`: one per core. Returns how many there are: only the first
 /// call counts, and the first [`Simulation`](crate::Simulation) makes it if nothing did. Results are the same for any
@@ -20,7 +29,8 @@ pub fn set_threads(threads: Option<usize>) -> usize {
     pool.thread_num()
 }
 
-/// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
+/// Does the parts of some work in tasks; here and now, one after the other, a single part, all where there is one thread,
+/// and those within a part of work that keeps all threads busy, such as the step of one of many worlds.
 pub fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
     on_pool(ComputeTaskPool::get(), parts, work);
 }
@@ -35,11 +45,13 @@ pub fn map_in_parallel<T: Send, R: Send>(
 
 /// [`in_parallel`] on the threads of a certain pool.
 pub fn on_pool<T: Send>(pool: &TaskPool, parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
-    if parts.len() < 2 || pool.thread_num() < 2 {
+    if parts.len() < 2 || pool.thread_num() < 2 || IS_BUSY.get() {
         return parts.for_each(work);
     }
     let parts: Vec<Mutex<Option<T>>> = parts.map(|part| Mutex::new(Some(part))).collect();
+    let is_enough = parts.len() >= ENOUGH * pool.thread_num();
     run(pool, parts.len(), &|number| {
+        let _busy = Busy::set(is_enough);
         // Nothing else asks for the part of that number, and nothing panics while it is taken out.
         let part = parts[number].lock().ok().and_then(|mut part| part.take());
         part.into_iter().for_each(&work);
@@ -56,6 +68,21 @@ pub fn map_on_pool<T: Send, R: Send>(
     results.resize_with(parts.len(), || None);
     on_pool(pool, parts.zip(&mut results), |(part, result)| *result = Some(work(part)));
     results.into_iter().flatten().collect()
+}
+
+/// [`IS_BUSY`] while it lives.
+struct Busy(bool);
+
+impl Busy {
+    fn set(is_busy: bool) -> Self {
+        Self(IS_BUSY.replace(is_busy))
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        IS_BUSY.set(self.0);
+    }
 }
 
 fn run(pool: &TaskPool, count: usize, work: &(dyn Fn(usize) + Sync)) {
@@ -80,5 +107,25 @@ mod tests {
                 assert_eq!(sums, (0..count).map(|i| 30 * i + 3).collect::<Vec<_>>());
             }
         }
+    }
+
+    #[test]
+    fn parts_of_many_parts_stay_on_their_thread() {
+        let pool = TaskPoolBuilder::new().num_threads(2).build();
+        let here = || std::thread::current().id();
+        let strays = |count: usize| {
+            let inner = || {
+                map_on_pool(&pool, 0..8, |_| {
+                    std::thread::sleep(std::time::Duration::from_millis(2));
+                    here()
+                })
+            };
+            let found = map_on_pool(&pool, 0..count, |_| (here(), inner()));
+            found.iter().flat_map(|(own, inner)| inner.iter().filter(move |thread| *thread != own)).count()
+        };
+        assert_eq!(strays(8), 0);
+        // Few are shared out further: while one thread waits, the others take from it.
+        assert!((0..20).any(|_| strays(2) > 0));
+        assert!(!IS_BUSY.get());
     }
 }
