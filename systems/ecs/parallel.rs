@@ -29,8 +29,9 @@ pub fn set_threads(threads: Option<usize>) -> usize {
     pool.thread_num()
 }
 
-/// Does the parts of some work in tasks; here and now, one after the other, a single part, all where there is one thread,
-/// and those within a part of work that keeps all threads busy, such as the step of one of many worlds.
+/// Does the parts of some work in tasks. Some are done here and now, one after the other: a single part; all where
+/// there is one thread; and those within a part of work that keeps all threads busy, such as a step of one of many
+/// worlds.
 pub fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
     on_pool(ComputeTaskPool::get(), parts, work);
 }

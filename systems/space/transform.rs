@@ -87,8 +87,8 @@ impl Transform {
 
     /// The same, looking along a direction of the parent's coordinates, with `up` as near to its own Y as can be. A
     /// direction without length, or with an infinite one, counts as −Z and such an `up` as Y. Where the two are
-    /// parallel, it looks as if the direction were a little toward +Z: straight down with +Z above, straight up with −Z
-    /// above. Where `up` is +Z or −Z itself, any Y at a right angle is taken.
+    /// parallel, it looks as if the direction were a little toward +Z: straight down with +Z above, straight up with
+    /// −Z above. Where `up` is +Z or −Z itself, any Y at a right angle is taken.
     #[must_use]
     pub fn looking_to(self, direction: Vec3, up: Vec3) -> Self {
         let back = -unit(direction).unwrap_or(Vec3::NEG_Z);
