@@ -135,14 +135,17 @@ impl LightTable {
         )
     }
 
-    /// Writes a light into a claimed slot, here and in the records that shaders read.
+    /// Writes a light into a claimed slot, here and in the records that shaders read. A light that is too dark or too
+    /// bright to be computed with once it is packed leaves the slot empty in both.
     pub(crate) fn write(&mut self, records: &mut Table<PackedLight>, slot: u32, light: PackedLight) {
+        let new = ScoredLight::new(&light.unpacked());
+        let light = if new.kind == LightRecord::OFF { PackedLight::default() } else { light };
         if records.records.get(slot as usize) == Some(&light) {
             return;
         }
         records.write(slot, light);
         if let Some(scored) = self.scored.get_mut(slot as usize) {
-            let before = std::mem::replace(scored, ScoredLight::new(&light.unpacked()));
+            let before = std::mem::replace(scored, new);
             self.changes.push([before, *scored]);
             self.changed.push(slot);
         }

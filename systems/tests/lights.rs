@@ -130,6 +130,18 @@ fn slots_stay_while_lights_come_and_go() {
     assert_eq!(simulation.draw_list().lights.records[4].kind(), LightRecord::DIRECTIONAL);
 }
 
+/// Colours are packed as multiples of 2⁻¹²⁶ or more: of less than half of it nothing is left.
+#[test]
+fn a_light_too_dark_to_be_packed_is_off_for_shaders_and_search_alike() {
+    let mut simulation = Simulation::new();
+    // Without attenuation, so that luminance can divide it.
+    spawn_light(&mut simulation, Light { attenuation: Vec3::ZERO, ..Light::point(1e-42, 10.0) }.with_shadows());
+    let kind = |simulation: &Simulation| simulation.draw_list().lights.records[0].kind();
+    let scored = |simulation: &Simulation| simulation.world.resource::<LightTable>().scored()[0];
+    assert_eq!((kind(&simulation), scored(&simulation)), (LightRecord::OFF, ScoredLight::OFF));
+    assert!(simulation.world.resource::<LightTable>().shadow_lights().is_empty());
+}
+
 /// Runs a frame; which of the objects had their selection touched, which light slots were written.
 fn frame(simulation: &mut Simulation, objects: &[Entity]) -> (Vec<usize>, Vec<u32>) {
     let ticks = |simulation: &Simulation| -> Vec<_> {
