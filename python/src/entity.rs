@@ -262,9 +262,7 @@ impl Entity {
             if let Some(light) = world.component::<systems::lights::Light>(id)? {
                 refuse_turned(&light, &placing)?;
             }
-            if world.kind(id)? == Kind::Vehicle && placing.turn[1..] != [0.0, 0.0] {
-                return Err(Failure::value("pitch, roll: expected 0, since a vehicle stands as its ground does"));
-            }
+            let placing = if world.kind(id)? == Kind::Vehicle { placing.of_vehicle()? } else { placing };
             let sensor = world.component::<systems::sensors::Sensor>(id)?;
             let is_camera = sensor.is_some_and(|own| matches!(own.kind, systems::sensors::SensorKind::Camera(_)));
             let facing = if is_camera || world.kind(id)? == Kind::Light { Facing::Backward } else { Facing::Forward };

@@ -25,7 +25,7 @@ fn with_all<T: Send>(
     let shared: Vec<_> = sims.iter().map(|sim| sim.get().shared.clone()).collect();
     for (i, own) in shared.iter().enumerate() {
         if shared[..i].iter().any(|before| Arc::ptr_eq(before, own)) {
-            return Err(Failure::value("expected every world once").into());
+            return Err(Failure::value("sims: expected every world once").into());
         }
     }
     Ok(py.detach(|| {

@@ -104,6 +104,12 @@ impl CameraArguments {
         let is_parallel = matches!(camera.lens, Lens::Orthographic { .. });
         camera.far = far.unwrap_or(if is_parallel { camera.near + 1000.0 } else { f32::INFINITY });
         arguments.finish()?;
+        let lens_arguments = match camera.lens {
+            Lens::BrownConrady { .. } => "K, distortion",
+            Lens::KannalaBrandt { .. } => "K, fisheye",
+            _ => "K",
+        };
+        camera.check_lens().map_err(|fault| Failure::value(format!("{lens_arguments}: {fault}")))?;
         Ok(Self { camera, mounting })
     }
 

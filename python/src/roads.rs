@@ -1,13 +1,20 @@
-//! Routes and signals of a world, as data.
+//! Routes and signals of a world, as data; signals that are held.
 
-use crate::arguments::{Given, Row, finite, optional, required};
+use crate::arguments::{Given, Names, Row, finite, optional, required};
+use crate::errors::{Failure, Outcome};
+use crate::sim::Sim;
 use crate::world::World;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use relief::glam::DVec3;
+use relief::name;
+use relief::systems::run::standard_inputs::SetSignal;
 use relief::systems::vehicles::routes::Routes;
 use relief::systems::vehicles::signals::{Aspect, Signals};
+
+/// What heads of signals show, by name.
+const ASPECTS: [(&str, Aspect); 3] = [("red", Aspect::Red), ("amber", Aspect::Amber), ("green", Aspect::Green)];
 
 /// A road to follow.
 #[pyclass(frozen, module = "relief")]
@@ -97,18 +104,58 @@ impl World {
     /// Names of signals, and what each of their groups shows and for how many seconds still.
     pub fn signals(&self) -> Vec<(String, Vec<(&'static str, f32)>)> {
         let signals = self.simulation.world.resource::<Signals>();
-        let aspect = |group: &(Aspect, f32)| {
-            let name = match group.0 {
-                Aspect::Red => "red",
-                Aspect::Amber => "amber",
-                Aspect::Green => "green",
-            };
-            (name, group.1)
-        };
+        let name = |aspect| ASPECTS.iter().find(|known| known.1 == aspect).map_or("red", |known| known.0);
+        let aspect = |group: &(Aspect, f32)| (name(group.0), group.1);
         let mut heads = signals.heads().iter().map(aspect);
         let of = |signal: &relief::systems::vehicles::signals::Signal| {
             (signal.name.clone(), heads.by_ref().take(signal.green.len()).collect())
         };
         signals.iter().map(of).collect()
+    }
+
+    /// How many groups a signal has.
+    fn groups(&self, signal: &str) -> Outcome<usize> {
+        let signals = self.simulation.world.resource::<Signals>();
+        let found = signals.iter().find(|known| known.name == signal);
+        found.map(|known| known.green.len()).ok_or_else(|| {
+            let known: Vec<&str> = signals.iter().map(|known| known.name.as_str()).collect();
+            let hint = name::nearest(&known, signal).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+            Failure::Name(format!("unknown signal {signal:?}{hint}"))
+        })
+    }
+}
+
+/// What so many groups are to show: one name for all of them, or a name for each.
+fn aspects(names: &[String], groups: usize) -> Outcome<Vec<Aspect>> {
+    let aspect = |name: &String| {
+        let found = ASPECTS.iter().find(|known| known.0 == name);
+        let wrong = || Failure::value(format!("shows: expected \"red\", \"amber\" or \"green\", found {name:?}"));
+        found.map(|known| known.1).ok_or_else(wrong)
+    };
+    match names {
+        [all] => Ok(vec![aspect(all)?; groups]),
+        each if each.len() == groups => each.iter().map(aspect).collect(),
+        other => {
+            let found = other.len();
+            Err(Failure::value(format!("shows: expected one name, or {groups}, one for each group, found {found}")))
+        }
+    }
+}
+
+#[pymethods]
+impl Sim {
+    /// Holds a signal: from now on its groups show `shows`, "red", "amber" or "green" each, or one of them for all,
+    /// whatever the time. None releases it, and it goes on by its times. While it is held, `signals` has infinite
+    /// seconds. It is an input, so recordings have it, and state, so snapshots do. Groups may be green together: traffic
+    /// keeps to what it sees. Raises KeyError, which names the nearest.
+    #[pyo3(signature = (name, shows))]
+    fn set_signal(&self, py: Python<'_>, name: &Bound<'_, PyAny>, shows: Given<'_, '_>) -> PyResult<()> {
+        let signal: String = required("name", name)?;
+        let names: Option<Names> = optional("shows", shows)?;
+        self.with(py, move |world| {
+            let groups = world.groups(&signal)?;
+            let shows = names.map(|Names(names)| aspects(&names, groups)).transpose()?;
+            world.apply(SetSignal { signal, shows })
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! `Sim`: a world of a scene, and its run.
 
-use crate::arguments::{Bytes, Given, Names, optional, required};
+use crate::arguments::{Bytes, Given, optional, required};
 use crate::capture::Capture;
 use crate::errors::{Failure, Outcome};
 use crate::world::{Scene, Shared, World};
@@ -48,6 +48,11 @@ fn field(py: Python<'_>) -> PyResult<PathBuf> {
     py.import("relief")?.getattr("assets")?.call0()?.call_method1("joinpath", ("field.ron",))?.extract()
 }
 
+/// Of several arguments, each a name.
+fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
+    names.iter().enumerate().map(|(i, name)| required(&format!("names[{i}]"), &name)).collect()
+}
+
 #[pymethods]
 impl Sim {
     #[new]
@@ -85,7 +90,7 @@ impl Sim {
     /// these those alone, by their full names or the last parts of them. Raises GpuError.
     #[pyo3(signature = (*names))]
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let Names(names) = required("names", names)?;
+        let names = each_name(names)?;
         let (captured, classes) = self.with(py, move |world| {
             world.check_sensors(&names)?;
             let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
@@ -97,7 +102,7 @@ impl Sim {
     /// Captures sensors of the state at hand, whether they are due or not: all, or those of `names`.
     #[pyo3(signature = (*names))]
     fn look(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let Names(names) = required("names", names)?;
+        let names = each_name(names)?;
         let (captured, classes) = self.with(py, move |world| {
             let all = world.check_sensors(&names)?;
             let wanted: Vec<_> =
@@ -208,6 +213,9 @@ impl Sim {
     /// Raises RecordingError, OutputError.
     fn record(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Recording> {
         let path: PathBuf = required("path", path)?;
+        if path.file_name().is_none() {
+            return Err(Failure::value(format!("path: expected the name of a file, found {path:?}")).into());
+        }
         let number = self.with(py, move |world| world.record(&path))?;
         Ok(Recording { shared: self.shared.clone(), number })
     }

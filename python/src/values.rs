@@ -149,6 +149,20 @@ impl Placing {
         self.look_at.is_some() || self.turn != [0.0; 3]
     }
 
+    /// For a vehicle, which stands as its ground does: toward what it looks at it is turned by yaw alone.
+    pub fn of_vehicle(mut self) -> Outcome<Self> {
+        if self.turn[1..] != [0.0, 0.0] {
+            return Err(Failure::value("pitch, roll: expected 0, since a vehicle stands as its ground does"));
+        }
+        if let Some(target) = &mut self.look_at {
+            target.y = self.at.y;
+            if target.distance(self.at) < 1e-6 {
+                return Err(Failure::value("look_at: expected no point straight above or below at, for a vehicle"));
+            }
+        }
+        Ok(self)
+    }
+
     /// In coordinates that count from `origin`.
     pub fn transform(&self, origin: DVec3, facing: Facing) -> Transform {
         let at = Transform::from_translation((self.at - origin).as_vec3());

@@ -104,6 +104,9 @@ def calls(sim):
     yield setter(lamp, "shadows"), 0, "flag", ("shadows", "missing")
     yield lamp.change, "light", "light", None
     yield setter(portal, "open"), 0, "number", ("open", "missing")
+    signal = lambda **given: sim.set_signal(**{"name": "crossing", "shows": "red", **given})
+    yield signal, "name", "text", None
+    yield signal, "shows", "names", OPTIONAL
 
     for name, kind in [("position", "point"), ("transform", "matrix"), ("hidden", "flag")]:
         yield setter(box, name), 0, kind, (name, "missing")

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -185,6 +186,33 @@ def test_vehicles_are_not_pitched(road):
             car.place((41, 0, 0), **turn)
     car.place((41, 0, 0), yaw=0.5)
     assert car.yaw == pytest.approx(0.5, abs=1e-6)  # through float32
+    # Toward a point above it is turned by yaw alone: (3, 4) to the side and ahead.
+    car.place((40, 0, 0), look_at=(43, 9, 4))
+    np.testing.assert_allclose(car.transform[:3, 2], [0.6, 0, 0.8], atol=1e-6)
+    np.testing.assert_allclose(car.transform[:3, 1], [0, 1, 0], atol=1e-6)
+    with pytest.raises(ValueError, match="look_at: expected no point straight above or below at, for a vehicle"):
+        car.place((40, 0, 0), look_at=(40, 3, 0))
+
+
+def test_errors_of_lenses_name_their_arguments(field):
+    wanted = [
+        ({"K": (0, 9, 3.5, 3.5)}, "K: expected fx above 0"),
+        ({"K": (50, 50, 32, 24), "distortion": (-5, 0)}, "K, distortion: folds"),
+        ({"K": (50, 50, 32, 24), "fisheye": (-5, 5)}, "K, fisheye: folds"),
+    ]
+    for given, message in wanted:
+        with pytest.raises(ValueError, match=message):
+            field.add_camera("a", size=(64, 48), **given)
+
+
+def test_names_of_sensors_and_files(field):
+    with pytest.raises(TypeError, match=re.escape("names[0]: expected a string, found []")):
+        field.capture([])
+    with pytest.raises(TypeError, match=re.escape("names[1]: expected a string, found 3")):
+        field.look("front", 3)
+    for path in ("", "/", ".."):
+        with pytest.raises(ValueError, match="path: expected the name of a file, found"):
+            field.record(path)
 
 
 def test_no_worlds_have_no_pictures():

@@ -1,6 +1,8 @@
 """Worlds: what is spawned, changed and driven; steps, hashes, snapshots, forks and recordings."""
 
 import gc
+import math
+import re
 import threading
 import time
 
@@ -90,7 +92,7 @@ def test_several_worlds_are_stepped_as_one_by_one(road):
     for world in plain:
         world.step(50)
     assert [w.hash() for w in worlds] == [w.hash() for w in plain]
-    with pytest.raises(ValueError, match="every world once"):
+    with pytest.raises(ValueError, match="sims: expected every world once"):
         relief.step([road, road])
 
 
@@ -203,6 +205,58 @@ def test_routes_and_signals(road):
     vehicle = road.spawn_vehicle("car", route="main", lane=1, along=50)
     assert vehicle.route == "main" and vehicle.lane == 1 and vehicle.offset == pytest.approx(0, abs=1e-3)
     assert vehicle.along == pytest.approx(50)
+
+
+def test_signals_are_held_and_released(road, tmp_path):
+    aspects = lambda sim: [aspect for aspect, _ in sim.signals["crossing"]]
+    begun = road.hash()
+    with road.record(tmp_path / "held.rec"):
+        # It shows at once, and does not change.
+        road.set_signal("crossing", ["red", "green"])
+        assert road.signals == {"crossing": [("red", math.inf), ("green", math.inf)]}
+        assert road.hash() != begun
+        saved = road.snapshot()
+        road.step(60 * 11)
+        assert aspects(road) == ["red", "green"]
+        road.set_signal("crossing", "amber")
+        assert aspects(road) == ["amber", "amber"]
+        road.step()
+        end = road.hash()
+    # By its times, 12 s on, the first group is amber.
+    fresh = road.fresh()
+    fresh.step(60 * 11 + 60)
+    road.step(59)
+    road.set_signal("crossing", None)
+    assert road.signals == fresh.signals
+    # It is state, and in recordings.
+    road.restore(saved)
+    assert road.snapshot() == saved
+    road.step()
+    assert aspects(road) == ["red", "green"]
+    copy = road.fork()
+    copy.step(60)
+    assert aspects(copy) == ["red", "green"]
+    replay = relief.replay(tmp_path / "held.rec")
+    assert replay.hash() == end and aspects(replay) == ["amber", "amber"]
+
+
+@pytest.mark.parametrize(
+    "name, shows, error, message",
+    [
+        ("crosing", "red", KeyError, 'unknown signal "crosing" (did you mean "crossing"?)'),
+        ("crosing", None, KeyError, "unknown signal"),
+        ("crossing", "blue", ValueError, 'shows: expected "red", "amber" or "green", found "blue"'),
+        ("crossing", ["red", "Green"], ValueError, 'shows: expected "red", "amber" or "green", found "Green"'),
+        ("crossing", ["red"] * 3, ValueError, "shows: expected one name, or 2, one for each group, found 3"),
+        ("crossing", [], ValueError, "shows: expected one name, or 2, one for each group, found 0"),
+        ("crossing", 1, TypeError, "shows: expected a string, or a list of strings, found 1"),
+    ],
+)
+def test_signals_that_cannot_be_held(road, name, shows, error, message):
+    begun = road.hash()
+    with pytest.raises(error, match=re.escape(message)):
+        road.set_signal(name, shows)
+    assert road.hash() == begun
 
 
 def test_doors_are_opened():

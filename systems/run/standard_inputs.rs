@@ -1,5 +1,5 @@
-//! The inputs that every simulation knows: edits of lights, portals, places and visibility, what comes and goes, and manual
-//! control of vehicles.
+//! The inputs that every simulation knows: edits of lights, portals, places and visibility, what comes and goes, manual
+//! control of vehicles, and signals that are held.
 
 use super::inputs::{Input, Inputs};
 use super::registry::{self, EntityRegistry, StateId};
@@ -14,6 +14,8 @@ use crate::space::interpolation::Interpolated;
 use crate::space::transform::Transform;
 #[cfg(feature = "vehicles")]
 use crate::vehicles::components::Controls;
+#[cfg(feature = "vehicles")]
+use crate::vehicles::signals::Aspect;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +32,8 @@ impl Default for Inputs {
         inputs.register::<Drive>();
         #[cfg(feature = "vehicles")]
         inputs.register::<SetManualControl>();
+        #[cfg(feature = "vehicles")]
+        inputs.register::<SetSignal>();
         inputs.register::<Spawn>();
         inputs.register::<Despawn>();
         inputs
@@ -210,6 +214,26 @@ impl Input for SetManualControl {
     fn apply(&self, world: &mut World) {
         let Some(vehicle) = find(world, self.vehicle) else { return };
         vehicle_inputs::set_manual_control(world, vehicle, self.manual);
+    }
+}
+
+/// A traffic signal is held, or goes on by its times.
+#[cfg(feature = "vehicles")]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct SetSignal {
+    /// Its name.
+    pub signal: String,
+    /// What each of its groups shows from now on; `None` releases it. With another number of groups than it has,
+    /// nothing changes.
+    pub shows: Option<Vec<Aspect>>,
+}
+
+#[cfg(feature = "vehicles")]
+impl Input for SetSignal {
+    const NAME: &'static str = "set signal";
+
+    fn apply(&self, world: &mut World) {
+        vehicle_inputs::set_signal(world, &self.signal, self.shows.as_deref());
     }
 }
 

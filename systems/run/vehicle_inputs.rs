@@ -1,8 +1,10 @@
-//! What changes vehicles from outside, and how they come into being.
+//! What changes vehicles and signals from outside, and how vehicles come into being.
 
+use crate::ecs::clock::Clock;
 use crate::space::transform::Transform;
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Vehicle, VehicleTypeId};
 use crate::vehicles::routes::Routes;
+use crate::vehicles::signals::{Aspect, HeldSignals, Signal, Signals};
 use crate::vehicles::steering;
 use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
@@ -32,6 +34,22 @@ fn let_go(world: &mut World, vehicle: Entity) {
     if let (Some(at), Some(mut on)) = (nearest, world.get_mut::<OnRoute>(vehicle)) {
         on.at = at;
     }
+}
+
+/// Holds a signal, or releases it. Nothing happens where there is none of that name and number of groups.
+pub(super) fn set_signal(world: &mut World, name: &str, shows: Option<&[Aspect]>) {
+    let is_it = |signal: &Signal| signal.name == name && shows.is_none_or(|shows| shows.len() == signal.green.len());
+    if !world.resource::<Signals>().iter().any(is_it) {
+        return;
+    }
+    let seconds = world.resource::<Clock>().seconds();
+    world.resource_scope(|world, mut held: Mut<HeldSignals>| {
+        match shows {
+            Some(shows) => _ = held.0.insert(name.to_owned(), shows.to_vec()),
+            None => _ = held.0.remove(name),
+        }
+        world.resource_mut::<Signals>().tick(seconds, &held);
+    });
 }
 
 /// What moves follows where its entity was put.

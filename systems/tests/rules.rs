@@ -6,9 +6,11 @@ use systems::Simulation;
 use systems::assets::MaterialId;
 use systems::ecs::clock::Clock;
 use systems::lights::Light;
+use systems::run::inputs::{Inputs, apply_queued};
+use systems::run::standard_inputs::SetSignal;
 use systems::vehicles::lane_changes::SAFE_BRAKING;
-use systems::vehicles::routes::{RoutePlan, Routes};
-use systems::vehicles::signals::{Aspect, Signal, SignalHead, SignalLamp, Signals};
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::signals::{Aspect, HeldSignals, Signal, SignalHead, SignalLamp, Signals};
 use systems::vehicles::types::Driver;
 use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
 
@@ -64,6 +66,94 @@ fn heads_show_what_their_signal_does_over_a_whole_cycle() {
     shown.sort_by_key(|(group, aspect)| (*group, *aspect as u8));
     shown.dedup();
     assert_eq!(shown.len(), 6, "each group showed each aspect");
+}
+
+#[test]
+fn a_held_signal_shows_what_it_was_told_until_it_is_released() {
+    let signal = |name: &str| Signal { name: name.into(), green: vec![2.0, 3.0], amber: 1.0, red: 1.0, offset: 0.0 };
+    let mut simulation = Simulation::new();
+    simulation.world.insert_resource(Signals::new(vec![signal("other"), signal("s")]));
+    let head = simulation.world.spawn(SignalHead { head: 3, shown: None }).id();
+    let lamp = (SignalLamp { aspect: Aspect::Green, glass: None }, Light::point(1.0, 5.0), ChildOf(head));
+    let lamp = simulation.world.spawn(lamp).id();
+    let set = |simulation: &mut Simulation, name: &str, shows: Option<&[Aspect]>| {
+        let input = SetSignal { signal: name.into(), shows: shows.map(<[Aspect]>::to_vec) };
+        simulation.world.resource_mut::<Inputs>().push(input);
+        apply_queued(&mut simulation.world);
+    };
+    let heads = |simulation: &Simulation| simulation.world.resource::<Signals>().heads().to_vec();
+    let held = |simulation: &Simulation| simulation.world.resource::<HeldSignals>().0.len();
+    let by_time = |simulation: &Simulation| {
+        let seconds = simulation.world.resource::<Clock>().seconds();
+        [0, 1, 0, 1].map(|group| signal("s").aspect(group, seconds))
+    };
+    let seen = |simulation: &Simulation| simulation.world.get::<Light>(lamp).expect("one").enabled;
+
+    let wanted = [Aspect::Amber, Aspect::Green];
+    set(&mut simulation, "s", Some(&wanted));
+    let mut lit = 0;
+    for step in 0..600 {
+        // Between steps too, and the other one goes on.
+        let [first, second, ..] = by_time(&simulation);
+        assert_eq!(heads(&simulation)[..2], [first, second], "step {step}");
+        assert_eq!(heads(&simulation)[2..], wanted.map(|aspect| (aspect, f32::INFINITY)), "step {step}");
+        simulation.step();
+        lit += usize::from(seen(&simulation));
+    }
+    assert_eq!(lit, 600);
+    // Neither of these is one of its.
+    set(&mut simulation, "t", Some(&wanted));
+    set(&mut simulation, "s", Some(&[Aspect::Red]));
+    assert_eq!((heads(&simulation)[2].0, held(&simulation)), (Aspect::Amber, 1));
+    set(&mut simulation, "s", None);
+    assert_eq!(heads(&simulation), by_time(&simulation));
+    assert_eq!(held(&simulation), 0);
+    simulation.step();
+    assert_eq!(heads(&simulation), by_time(&simulation));
+}
+
+/// Drivers keep to what a held signal shows, not to its times. At an amber that may last for ever they stop if they can.
+#[test]
+fn drivers_keep_to_what_held_signals_show() {
+    let line = 80.0;
+    // By its times, the first group is green for the whole run, and the second never is.
+    let passes = |group: u32, shows: Option<Aspect>, at: f32, speed: f64| {
+        let signal = Signal { name: "s".into(), green: vec![1e6, 1.0], amber: 3.0, red: 1.0, offset: 0.0 };
+        let plan = RoutePlan {
+            points: vec![DVec3::ZERO, DVec3::Z * 500.0],
+            stops: vec![Stop { at: line, wait: Wait::Signal(group), clear: 0.0 }],
+            ..RoutePlan::default()
+        };
+        let mut simulation = Simulation::new();
+        simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
+        simulation.world.insert_resource(Signals::new(vec![signal]));
+        if let Some(shows) = shows {
+            let input = SetSignal { signal: "s".into(), shows: Some(vec![shows; 2]) };
+            simulation.world.resource_mut::<Inputs>().push(input);
+        }
+        let on = OnRoute::new(RouteId(0), 0, at);
+        let car = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(0), on)).id();
+        simulation.world.get_mut::<Motion>(car).expect("one").speed = speed;
+        // So short that none comes to the route's end.
+        (0..60 * 15).for_each(|_| simulation.step());
+        let at = simulation.world.get::<OnRoute>(car).expect("one").at as f32;
+        at + VehicleType::default().front() > line
+    };
+    for (group, shows, expected) in [
+        (0, None, true),
+        (0, Some(Aspect::Red), false),
+        (0, Some(Aspect::Amber), false),
+        (0, Some(Aspect::Green), true),
+        (1, None, false),
+        (1, Some(Aspect::Red), false),
+        (1, Some(Aspect::Amber), false),
+        (1, Some(Aspect::Green), true),
+    ] {
+        assert_eq!(passes(group, shows, 0.0, 10.0), expected, "group {group}, {shows:?}");
+    }
+    // Two metres before the line nobody stops from 10 m/s.
+    let close = line - 2.0 - VehicleType::default().front();
+    assert!(passes(0, Some(Aspect::Amber), close, 10.0));
 }
 
 /// The gap at which a driver behind a leader brakes so hard: that where a·(s*/s)² is as much.

@@ -12,13 +12,16 @@ use systems::run::inputs::{Inputs, SavedInput, apply_queued};
 use systems::run::registry::{self, EntityRegistry, StateId, register_all};
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextMeshVariant, SetManualControl, SetTransform};
+use systems::run::standard_inputs::{
+    Despawn, Drive, EditLight, Hide, NextMeshVariant, SetManualControl, SetSignal, SetTransform,
+};
 use systems::run::state::StateList;
 use systems::run::state_hash::{StateHash, hash};
 use systems::space::origin::Origin;
 use systems::space::{Hidden, Interpolation, Spin, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
+use systems::vehicles::signals::{Aspect, HeldSignals, Signal, Signals};
 use systems::vehicles::{
     Controls, Indicator, ManualControl, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes,
 };
@@ -53,6 +56,8 @@ fn busy() -> Simulation {
     }
     let road = world.spawn(road).id();
     pieces::draw_in_pieces(world, road, 8.0);
+    let signal = Signal { name: "crossing".into(), green: vec![4.0, 2.0], amber: 1.0, red: 1.0, offset: 0.0 };
+    world.insert_resource(Signals::new(vec![signal]));
     register_all(world);
     simulation
 }
@@ -92,6 +97,10 @@ fn lamp(i: u64) -> Spawn {
     }
 }
 
+fn held(is_held: bool) -> SetSignal {
+    SetSignal { signal: "crossing".into(), shows: is_held.then(|| vec![Aspect::Red, Aspect::Green]) }
+}
+
 /// What somebody does at a step of a run.
 fn inputs_at(step: u64) -> Vec<SavedInput> {
     let id = |n: u64| StateId((n % 120) as u32);
@@ -120,6 +129,9 @@ fn inputs_at(step: u64) -> Vec<SavedInput> {
     }
     if step % 9 == 2 {
         add(SavedInput::of(&NextMeshVariant));
+    }
+    if step % 17 == 6 {
+        add(SavedInput::of(&held(step.is_multiple_of(2))));
     }
     inputs
 }
@@ -171,7 +183,7 @@ fn a_run_continued_from_a_snapshot_is_the_same_run() {
 fn whatever_is_state_counts_and_comes_back() {
     let fresh = hash(&mut busy().world);
     type Change = fn(&mut World, &dyn Fn(u32) -> Entity);
-    let changes: [(&str, Change); 16] = [
+    let changes: [(&str, Change); 17] = [
         ("a place", |world, of| world.get_mut::<Transform>(of(4)).expect("there").translation.x += 1e-6),
         ("a sign", |world, of| world.get_mut::<Transform>(of(1)).expect("there").translation.x = -0.0),
         ("a light", |world, of| world.get_mut::<Light>(of(2)).expect("there").enabled = false),
@@ -187,6 +199,9 @@ fn whatever_is_state_counts_and_comes_back() {
         ("glass", |world, of| _ = world.entity_mut(of(123)).insert(MaterialId::DEFAULT)),
         ("a number", |world, of| world.get_mut::<VehicleNumber>(of(121)).expect("there").0 = 9),
         ("the time", |world, _| world.resource_mut::<Clock>().step += 1),
+        ("a held signal", |world, _| {
+            world.resource_mut::<HeldSignals>().0.insert("crossing".into(), vec![Aspect::Red, Aspect::Red]);
+        }),
         ("the seed", |world, _| world.resource_mut::<Seed>().0 += 1),
     ];
     for (what, change) in changes {
@@ -224,7 +239,7 @@ fn inputs_change_what_they_name_and_nothing_else() {
         hash(&mut simulation.world)
     };
     type Change<'a> = &'a dyn Fn(&mut World, &dyn Fn(u32) -> Entity);
-    let changes: [(SavedInput, Change); 8] = [
+    let changes: [(SavedInput, Change); 9] = [
         (SavedInput::of(&EditLight { entity: StateId(2), light: light.clone() }), &|world, of| {
             *world.get_mut::<Light>(of(2)).expect("there") = light.clone();
         }),
@@ -245,6 +260,9 @@ fn inputs_change_what_they_name_and_nothing_else() {
         }),
         (SavedInput::of(&SetManualControl { vehicle: StateId(124), manual: true }), &|world, of| {
             world.entity_mut(of(124)).insert(ManualControl);
+        }),
+        (SavedInput::of(&held(true)), &|world, _| {
+            world.resource_mut::<HeldSignals>().0.insert("crossing".into(), vec![Aspect::Red, Aspect::Green]);
         }),
         (SavedInput::of(&lamp(7)), &|world, _| _ = registry::spawn(world, lamp(7))),
         (SavedInput::of(&Despawn(StateId(0))), &|world, of| _ = world.despawn(of(0))),

@@ -119,7 +119,8 @@ pub(super) fn is_closed(
             let can_stop = speed * speed <= 2.0 * braking * distance;
             match aspect {
                 Aspect::Green => false,
-                Aspect::Amber => can_stop && distance > speed * left,
+                // Held, it says nothing of when red comes.
+                Aspect::Amber => can_stop && (left.is_infinite() || distance > speed * left),
                 Aspect::Red => can_stop,
             }
         }

@@ -4,7 +4,7 @@ use super::components::{Motion, NextVehicleNumber, OnRoute, Vehicle, VehicleNumb
 use super::ground::Grounds;
 use super::lamps::{Lamps, Switches};
 use super::routes::Routes;
-use super::signals::Signals;
+use super::signals::{HeldSignals, Signals};
 use super::traffic::Traffic;
 use super::types::VehicleTypes;
 use super::{parts, steering, turns};
@@ -31,6 +31,7 @@ pub fn register(world: &mut World) {
     world.init_resource::<NextVehicleNumber>();
     world.init_resource::<Routes>();
     world.init_resource::<Signals>();
+    world.init_resource::<HeldSignals>();
     world.init_resource::<Grounds>();
     world.init_resource::<Traffic>();
 }

@@ -1,13 +1,16 @@
-//! Traffic signals: what they show is a function of the clock's time alone.
+//! Traffic signals: what they show is a function of the clock's time, but for those that are held.
 //!
 //! A [`Signal`] lets its groups drive one after another: green, amber, and then all red before the next group's turn.
-//! [`Signals::tick`] works out once per step what every group's head shows; [`light_heads`] switches the lamps of
-//! [`SignalHead`]s when that changed.
+//! One of [`HeldSignals`] shows what it was told until it is released, whatever the time. [`Signals::tick`] works out
+//! once per step what every group's head shows; [`light_heads`] switches the lamps of [`SignalHead`]s when that
+//! changed.
 
 use crate::assets::material::MaterialId;
 use crate::ecs::sub_steps::SubStep;
 use crate::lights::components::Light;
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Times of a signal, seconds.
 #[derive(Clone, PartialEq, Debug)]
@@ -25,7 +28,7 @@ pub struct Signal {
 }
 
 /// What the head of a group shows.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
 pub enum Aspect {
     /// Stop.
     #[default]
@@ -63,13 +66,18 @@ impl Signal {
     }
 }
 
+/// Signals that are controlled from outside: by name, what each of their groups shows. State, and set by the input
+/// [`SetSignal`](crate::run::standard_inputs::SetSignal).
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct HeldSignals(pub BTreeMap<String, Vec<Aspect>>);
+
 /// All signals, and what their heads show in this step.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct Signals {
     signals: Vec<Signal>,
     /// The first head of each signal among `shown`.
     first: Vec<u32>,
-    /// Of every group of every signal: what it shows, and for how many seconds still.
+    /// Of every group of every signal: what it shows, and for how many seconds still; infinite where it is held.
     shown: Vec<(Aspect, f32)>,
 }
 
@@ -83,7 +91,7 @@ impl Signals {
             heads += signal.green.len() as u32;
         }
         let mut all = Self { signals, first, shown: vec![(Aspect::Red, 0.0); heads as usize] };
-        all.tick(0.0);
+        all.tick(0.0, &HeldSignals::default());
         all
     }
 
@@ -98,7 +106,7 @@ impl Signals {
         (group < self.signals[index].green.len()).then(|| self.first[index] + group as u32)
     }
 
-    /// What every group of every signal shows in this step, and for how many seconds still.
+    /// What every group of every signal shows in this step, and for how many seconds still; infinite where it is held.
     pub fn heads(&self) -> &[(Aspect, f32)] {
         &self.shown
     }
@@ -111,20 +119,24 @@ impl Signals {
         (first..end).filter(move |&other| other != head)
     }
 
-    /// Works out what they show at a time.
-    pub fn tick(&mut self, seconds: f64) {
+    /// Works out what they show at a time. What is held with another number of groups than it has is not held.
+    pub fn tick(&mut self, seconds: f64, held: &HeldSignals) {
         for (signal, &first) in self.signals.iter().zip(&self.first) {
+            let held = held.0.get(&signal.name).filter(|shows| shows.len() == signal.green.len());
             for group in 0..signal.green.len() {
-                self.shown[first as usize + group] = signal.aspect(group, seconds);
+                self.shown[first as usize + group] = match held {
+                    Some(shows) => (shows[group], f32::INFINITY),
+                    None => signal.aspect(group, seconds),
+                };
             }
         }
     }
 }
 
 /// Brings signals to the time of a step, or of a part of one.
-pub fn tick_signals(now: Res<SubStep>, mut signals: ResMut<Signals>) {
+pub fn tick_signals(now: Res<SubStep>, held: Res<HeldSignals>, mut signals: ResMut<Signals>) {
     if !signals.signals.is_empty() {
-        signals.tick(now.time);
+        signals.tick(now.time, &held);
     }
 }
 
