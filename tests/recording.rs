@@ -18,7 +18,7 @@ use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs, SavedInput};
 use systems::run::registry::{EntityRegistry, StateId};
 use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::{Despawn, NextMeshVariant, SetTransform};
+use systems::run::standard_inputs::{Despawn, SetTransform};
 use systems::run::state::StateList;
 use systems::run::state_hash::hash;
 use systems::space::{Spin, Transform};
@@ -445,11 +445,15 @@ fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
     let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
     let mut run = place.begin(&files, 0).expect("a recording");
     (0..5).for_each(|step| _ = run.act_and_step(step));
-    run.stage.simulation.world.resource_mut::<Inputs>().push(NextMeshVariant);
+    run.stage.simulation.world.resource_mut::<Inputs>().push(Despawn(StateId(0)));
     run.stepper.finish(&mut run.stage.simulation).expect("an end");
     let files = RunFiles { replay: Some(path), ..RunFiles::default() };
     let mut again = place.begin(&files, 0).expect("a replay");
     (0..5).for_each(|_| again.stepper.step(&mut again.stage.simulation).expect("as recorded"));
+    let state = |run: &mut Run| hash(&mut run.stage.simulation.world);
+    assert_ne!(state(&mut again), state(&mut run), "it came later");
+    again.stepper.finish(&mut again.stage.simulation).expect("as recorded");
+    assert_eq!(state(&mut again), state(&mut run), "at the end of the run it is there");
 }
 
 #[test]

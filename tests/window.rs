@@ -98,13 +98,15 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
 fn the_clock_stops_steps_and_goes_on() {
     let place = place();
     let Some(display) = Display::start(place.path()) else { return };
-    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
+    let app = App::start(&place, &display, &["--paused", "--no-panel", "--hash", "hashes.txt"]);
     app.press(&["period", "n", "period"]);
     let third = place.rendered(3, &[]);
     app.shows("the picture of frame 3", &third);
 
     app.press(&["space"]);
     app.wait_for_picture("the lamp moving", |seen| *seen != third);
+    // What moves is first shown between steps 2 and 3. One line is of step 0.
+    wait_for("step 4", || (place.read("hashes.txt").lines().count() > 4).then_some(()));
     app.press(&["space", "p"]);
     let saved = app.line();
     let step = saved.strip_prefix("test_").and_then(|name| name.strip_suffix(".png")).expect("test_NNNNN.png");

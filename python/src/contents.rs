@@ -124,7 +124,8 @@ impl Sim {
         self.with(py, |world| Ok(world.routes()))
     }
 
-    /// By name: for each group of a signal, what it shows ("red", "amber", "green") and for how many seconds still.
+    /// By name: for each group of a signal, what it shows ("red", "amber", "green") and for how many seconds still,
+    /// which are infinite while `set_signal` holds it.
     #[getter]
     fn signals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let signals = self.with(py, |world| Ok(world.signals()))?;

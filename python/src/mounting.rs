@@ -139,6 +139,9 @@ fn lens(arguments: &mut Keywords<'_, '_>) -> PyResult<Lens> {
     if largest_degrees.is_some() && fisheye.is_none() {
         return refused("largest_degrees: expected fisheye beside it");
     }
+    if let Some(degrees) = largest_degrees.filter(|degrees| !(*degrees > 0.0 && *degrees <= 180.0)) {
+        return refused(&format!("largest_degrees: expected a number above 0, at most 180, found {degrees}"));
+    }
     match (intrinsics, distortion, fisheye) {
         (Some(_), Some(_), Some(_)) => refused("expected one of distortion and fisheye"),
         (Some(intrinsics), Some(coefficients), None) => Ok(Lens::BrownConrady { intrinsics, coefficients }),

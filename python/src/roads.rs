@@ -1,12 +1,13 @@
 //! Routes and signals of a world, as data; signals that are held.
 
-use crate::arguments::{Given, Names, Row, finite, optional, required};
+use crate::arguments::{Argument, Given, Names, Row, finite, optional, required, wrong_type};
 use crate::errors::{Failure, Outcome};
 use crate::sim::Sim;
 use crate::world::World;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyFrozenSet, PySet};
 use relief::glam::DVec3;
 use relief::name;
 use relief::systems::run::standard_inputs::SetSignal;
@@ -101,7 +102,7 @@ impl World {
         routes.iter().map(|(_, route)| described(route)).collect()
     }
 
-    /// Names of signals, and what each of their groups shows and for how many seconds still.
+    /// Names of signals, and what each of their groups shows and for how many seconds still; infinite where it is held.
     pub fn signals(&self) -> Vec<(String, Vec<(&'static str, f32)>)> {
         let signals = self.simulation.world.resource::<Signals>();
         let name = |aspect| ASPECTS.iter().find(|known| known.1 == aspect).map_or("red", |known| known.0);
@@ -146,11 +147,17 @@ fn aspects(names: &[String], groups: usize) -> Outcome<Vec<Aspect>> {
 impl Sim {
     /// Holds a signal: from now on its groups show `shows`, "red", "amber" or "green" each, or one of them for all,
     /// whatever the time. None releases it, and it goes on by its times. While it is held, `signals` has infinite
-    /// seconds. It is an input, so recordings have it, and state, so snapshots do. Groups may be green together: traffic
-    /// keeps to what it sees. Raises KeyError, which names the nearest.
+    /// seconds. It is an input, so recordings have it, and state, so snapshots do. Groups that are held at green together
+    /// do not see each other come. Raises KeyError, which names the nearest.
     #[pyo3(signature = (name, shows))]
     fn set_signal(&self, py: Python<'_>, name: &Bound<'_, PyAny>, shows: Given<'_, '_>) -> PyResult<()> {
         let signal: String = required("name", name)?;
+        let is_unordered = |given: &Bound<'_, PyAny>| {
+            given.is_instance_of::<PySet>() || given.is_instance_of::<PyFrozenSet>() || given.is_instance_of::<PyDict>()
+        };
+        if let Some(given) = shows.filter(|given| is_unordered(given)) {
+            return Err(wrong_type("shows", &Names::expected(), given));
+        }
         let names: Option<Names> = optional("shows", shows)?;
         self.with(py, move |world| {
             let groups = world.groups(&signal)?;

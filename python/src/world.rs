@@ -302,6 +302,7 @@ impl World {
         while !stepper.is_at_end(&world.simulation) {
             stepper.step(&mut world.simulation)?;
         }
+        stepper.finish(&mut world.simulation)?;
         Ok(world)
     }
 

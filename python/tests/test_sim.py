@@ -221,6 +221,7 @@ def test_signals_are_held_and_released(road, tmp_path):
         road.set_signal("crossing", "amber")
         assert aspects(road) == ["amber", "amber"]
         road.step()
+        road.set_signal("crossing", ["green", "amber"])
         end = road.hash()
     # By its times, 12 s on, the first group is amber.
     fresh = road.fresh()
@@ -228,16 +229,17 @@ def test_signals_are_held_and_released(road, tmp_path):
     road.step(59)
     road.set_signal("crossing", None)
     assert road.signals == fresh.signals
-    # It is state, and in recordings.
-    road.restore(saved)
-    assert road.snapshot() == saved
-    road.step()
-    assert aspects(road) == ["red", "green"]
-    copy = road.fork()
-    copy.step(60)
-    assert aspects(copy) == ["red", "green"]
+    # It is state, and in recordings, also after the last step.
+    other = road.fresh()
+    for world in (road, other, other.fork()):
+        world.restore(saved)
+        assert world.snapshot() == saved and aspects(world) == ["red", "green"]
+        world.step(60 * 11)
+        assert aspects(world) == ["red", "green"]
+    other.reset()
+    assert other.signals == road.fresh().signals
     replay = relief.replay(tmp_path / "held.rec")
-    assert replay.hash() == end and aspects(replay) == ["amber", "amber"]
+    assert replay.hash() == end and aspects(replay) == ["green", "amber"]
 
 
 @pytest.mark.parametrize(
@@ -249,6 +251,8 @@ def test_signals_are_held_and_released(road, tmp_path):
         ("crossing", ["red", "Green"], ValueError, 'shows: expected "red", "amber" or "green", found "Green"'),
         ("crossing", ["red"] * 3, ValueError, "shows: expected one name, or 2, one for each group, found 3"),
         ("crossing", [], ValueError, "shows: expected one name, or 2, one for each group, found 0"),
+        ("crossing", {"red", "green"}, TypeError, "shows: expected a string, or a list of strings, found {"),
+        ("crossing", {"red": 1, "green": 2}, TypeError, "shows: expected a string, or a list of strings, found {"),
         ("crossing", 1, TypeError, "shows: expected a string, or a list of strings, found 1"),
     ],
 )

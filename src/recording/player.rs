@@ -182,6 +182,14 @@ impl Recording {
         })
     }
 
+    /// The hash of the state at its end, where the run ended in order.
+    pub fn end(&self) -> Option<StateHash> {
+        match self.index.last()?.kind {
+            Kind::Hash(hash) if self.is_whole => Some(hash),
+            _ => None,
+        }
+    }
+
     /// That the state after a step is not the recorded one.
     pub fn diverged(&self, step: u64) -> RecordingError {
         RecordingError::Diverged { path: self.blocks.path().to_owned(), step }

@@ -225,12 +225,22 @@ impl Stepper {
         file.write_all(line.as_bytes()).map_err(|error| RecordingError::unwritable(path, error))
     }
 
-    /// Ends the run in order.
+    /// Ends the run in order. A replay that has got to the end takes what came after the last step, too.
     ///
     /// # Errors
-    /// [`RecordingError::Output`].
+    /// [`RecordingError`]; a replay that comes out otherwise is one.
     pub fn finish(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
         self.apply_inputs(simulation)?;
+        let (step, is_at_end) = (step_of(simulation), self.is_at_end(simulation));
+        if let Some(recording) = self.recording.as_mut().filter(|_| is_at_end) {
+            let recorded = recording.inputs(step)?;
+            let mut inputs = simulation.world.resource_mut::<Inputs>();
+            recorded.into_iter().for_each(|input| inputs.push_saved(input));
+            inputs::apply_queued(&mut simulation.world);
+            if recording.end().is_some_and(|end| end != state_hash::hash(&mut simulation.world)) {
+                return Err(recording.diverged(step));
+            }
+        }
         let Some(recorder) = self.recorder.take() else { return Ok(()) };
         recorder.finish(step_of(simulation), state_hash::hash(&mut simulation.world))
     }

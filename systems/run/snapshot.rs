@@ -106,6 +106,8 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
     if has_ring(world) {
         return refused("an entity is its own ancestor".into());
     }
+    #[cfg(feature = "vehicles")]
+    crate::vehicles::signals::tick_signals_now(world);
     Ok(())
 }
 

@@ -1,10 +1,9 @@
 //! What changes vehicles and signals from outside, and how vehicles come into being.
 
-use crate::ecs::clock::Clock;
 use crate::space::transform::Transform;
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Vehicle, VehicleTypeId};
 use crate::vehicles::routes::Routes;
-use crate::vehicles::signals::{Aspect, HeldSignals, Signal, Signals};
+use crate::vehicles::signals::{self, Aspect, HeldSignals, Signal, Signals};
 use crate::vehicles::steering;
 use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
@@ -42,14 +41,14 @@ pub(super) fn set_signal(world: &mut World, name: &str, shows: Option<&[Aspect]>
     if !world.resource::<Signals>().iter().any(is_it) {
         return;
     }
-    let seconds = world.resource::<Clock>().seconds();
-    world.resource_scope(|world, mut held: Mut<HeldSignals>| {
-        match shows {
-            Some(shows) => _ = held.0.insert(name.to_owned(), shows.to_vec()),
-            None => _ = held.0.remove(name),
-        }
-        world.resource_mut::<Signals>().tick(seconds, &held);
-    });
+    let mut held = world.resource_mut::<HeldSignals>();
+    match shows {
+        Some(shows) => _ = held.0.insert(name.to_owned(), shows.to_vec()),
+        None => _ = held.0.remove(name),
+    }
+    signals::tick_signals_now(world);
+    // It has no errors of its own.
+    world.run_system_cached(signals::light_heads).ok();
 }
 
 /// What moves follows where its entity was put.

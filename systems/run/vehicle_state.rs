@@ -7,7 +7,7 @@ use crate::vehicles::components::{
 };
 use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
-use crate::vehicles::signals::{HeldSignals, SignalLamp};
+use crate::vehicles::signals::{HeldSignals, SignalHead, SignalLamp};
 use bevy_ecs::prelude::*;
 
 impl StateList {
@@ -20,6 +20,7 @@ impl StateList {
         self.add(Component::<OnRoute>::checked("on route", OnRoute::is_sound));
         self.add_component::<Stalled>("stalled");
         self.add_resource::<HeldSignals>("held signals");
+        self.add_component::<SignalHead>("signal head");
         self.add_component::<Switches>("lamps");
         self.add(Component::<MaterialId, Or<(With<Lamp>, With<SignalLamp>)>>::new("glass"));
         #[cfg(feature = "physics")]

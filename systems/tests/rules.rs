@@ -91,6 +91,7 @@ fn a_held_signal_shows_what_it_was_told_until_it_is_released() {
 
     let wanted = [Aspect::Amber, Aspect::Green];
     set(&mut simulation, "s", Some(&wanted));
+    assert!(seen(&simulation), "pictures between steps show it, too");
     let mut lit = 0;
     for step in 0..600 {
         // Between steps too, and the other one goes on.
@@ -105,6 +106,11 @@ fn a_held_signal_shows_what_it_was_told_until_it_is_released() {
     set(&mut simulation, "t", Some(&wanted));
     set(&mut simulation, "s", Some(&[Aspect::Red]));
     assert_eq!((heads(&simulation)[2].0, held(&simulation)), (Aspect::Amber, 1));
+    // As a file could have it.
+    simulation.world.resource_mut::<HeldSignals>().0.insert("other".into(), vec![Aspect::Red]);
+    simulation.step();
+    assert_eq!(heads(&simulation)[..2], by_time(&simulation)[..2]);
+    simulation.world.resource_mut::<HeldSignals>().0.remove("other");
     set(&mut simulation, "s", None);
     assert_eq!(heads(&simulation), by_time(&simulation));
     assert_eq!(held(&simulation), 0);

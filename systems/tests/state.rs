@@ -21,7 +21,7 @@ use systems::space::origin::Origin;
 use systems::space::{Hidden, Interpolation, Spin, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
-use systems::vehicles::signals::{Aspect, HeldSignals, Signal, Signals};
+use systems::vehicles::signals::{Aspect, HeldSignals, Signal, SignalHead, SignalLamp, Signals};
 use systems::vehicles::{
     Controls, Indicator, ManualControl, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes,
 };
@@ -276,6 +276,48 @@ fn inputs_change_what_they_name_and_nothing_else() {
         let changed = hash(&mut simulation.world);
         assert_ne!(changed, fresh, "{input:?}");
         assert_eq!(by_input(input.clone()), changed, "{input:?}");
+    }
+}
+
+/// Whatever the lamps of a head showed before: in the world that the snapshot is of, in a new one, and in one that a
+/// program has switched a lamp of.
+#[test]
+fn what_signal_heads_show_is_restored_with_their_lamps() {
+    let scene = || {
+        let mut simulation = Simulation::new();
+        let signal = Signal { name: "crossing".into(), green: vec![0.5, 0.5], amber: 0.2, red: 0.1, offset: 0.0 };
+        simulation.world.insert_resource(Signals::new(vec![signal]));
+        let head = simulation.world.spawn(SignalHead { head: 0, shown: None }).id();
+        let lamps = [Aspect::Red, Aspect::Amber, Aspect::Green].map(|aspect| {
+            let lamp = (SignalLamp { aspect, glass: None }, Light::point(1.0, 5.0), ChildOf(head));
+            simulation.world.spawn(lamp).id()
+        });
+        register_all(&mut simulation.world);
+        (simulation, lamps)
+    };
+    let run = |simulation: &mut Simulation, steps: usize| {
+        (0..steps).map(|_| simulation.step()).for_each(drop);
+        (hash(&mut simulation.world), simulation.world.resource::<Signals>().heads().to_vec())
+    };
+    for before in [0, 1, 29, 30, 31, 60] {
+        let (mut whole, lamps) = scene();
+        run(&mut whole, before);
+        if before % 2 == 1 {
+            let shows = Some(vec![Aspect::Red, Aspect::Green]);
+            whole.world.resource_mut::<Inputs>().push(SetSignal { signal: "crossing".into(), shows });
+            apply_queued(&mut whole.world);
+        } else {
+            whole.world.get_mut::<Light>(lamps[0]).expect("there").enabled ^= true;
+        }
+        let saved = snapshot::save(&mut whole.world);
+        let begin = run(&mut whole, 0);
+        let ends = [2, 40, 70].map(|steps| run(&mut whole, steps));
+        let (mut fresh, _) = scene();
+        for other in [&mut whole, &mut fresh] {
+            snapshot::restore(&mut other.world, &saved).expect("of this scene");
+            assert_eq!(run(other, 0), begin, "after {before}");
+            assert_eq!([2, 40, 70].map(|steps| run(other, steps)), ends, "after {before}");
+        }
     }
 }
 

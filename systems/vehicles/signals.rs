@@ -6,6 +6,7 @@
 //! changed.
 
 use crate::assets::material::MaterialId;
+use crate::ecs::clock::Clock;
 use crate::ecs::sub_steps::SubStep;
 use crate::lights::components::Light;
 use bevy_ecs::prelude::*;
@@ -140,8 +141,15 @@ pub fn tick_signals(now: Res<SubStep>, held: Res<HeldSignals>, mut signals: ResM
     }
 }
 
-/// Shows what a group of a signal does, by the lamps below it.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+/// Works out what signals show between two steps, where something other than the time changed it.
+pub(crate) fn tick_signals_now(world: &mut World) {
+    let seconds = world.resource::<Clock>().seconds();
+    world.resource_scope(|world, mut signals: Mut<Signals>| signals.tick(seconds, world.resource::<HeldSignals>()));
+}
+
+/// Shows what a group of a signal does, by the lamps below it. State, as its lamps are: it says what they were last
+/// switched to.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct SignalHead {
     /// An index of [`Signals::heads`].
     pub head: u32,
