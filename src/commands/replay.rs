@@ -95,6 +95,7 @@ fn check_steps(scene: &Path, files: &RunFiles, seed: Option<u64>, args: &ReplayA
         stepper.step(&mut stage.simulation)?;
         bar.inc(1);
     }
+    stepper.finish(&mut stage.simulation)?;
     bar.finish_and_clear();
     let step = stage.simulation.world.resource::<Clock>().step;
     Ok(say(&format!("{}: steps {begun} to {step} come out as recorded", args.recording.display()))?)

@@ -231,8 +231,8 @@ impl Stepper {
     /// [`RecordingError`]; a replay that comes out otherwise is one.
     pub fn finish(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
         self.apply_inputs(simulation)?;
-        let (step, is_at_end) = (step_of(simulation), self.is_at_end(simulation));
-        if let Some(recording) = self.recording.as_mut().filter(|_| is_at_end) {
+        let step = step_of(simulation);
+        if let Some(recording) = self.recording.as_mut().filter(|recording| recording.steps().1 == step) {
             let recorded = recording.inputs(step)?;
             let mut inputs = simulation.world.resource_mut::<Inputs>();
             recorded.into_iter().for_each(|input| inputs.push_saved(input));
