@@ -14,7 +14,7 @@ pub fn find<T: Copy>(what: &str, table: &[(&str, T)], wanted: &str) -> Result<T,
         return Ok(*value);
     }
     let names: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
-    let hint = nearest(&names, wanted).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"));
+    let hint = hint(&names, wanted);
     Err(format!("unknown {what} \"{wanted}\"{hint}; expected one of: {}", names.join(", ")))
 }
 
@@ -47,6 +47,11 @@ pub fn of_entity(world: &World, entity: Entity) -> String {
 pub fn nearest<'a>(known: &[&'a str], wanted: &str) -> Option<&'a str> {
     let scored = known.iter().map(|name| (strsim::jaro_winkler(name, wanted), *name));
     scored.filter(|(score, _)| *score > 0.7).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
+}
+
+/// What a message on an unknown name goes on with: ` (did you mean "brick"?)`, or nothing where no known one is near.
+pub fn hint(known: &[&str], wanted: &str) -> String {
+    nearest(known, wanted).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))
 }
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ impl Capture {
         let name: &str = &required::<String>("name", name)?;
         self.find(name).map(|found| found.clone_ref(py)).ok_or_else(|| {
             let known: Vec<&str> = self.sensors.iter().map(|(name, _)| name.as_str()).collect();
-            let hint = name::nearest(&known, name).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+            let hint = name::hint(&known, name);
             let message = format!(
                 "no sensor {name:?} was captured{hint}; it was not due, or there is none or several of that name"
             );

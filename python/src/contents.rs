@@ -200,8 +200,7 @@ impl Sim {
             let types = world.simulation.world.resource::<VehicleTypes>();
             let unknown = || {
                 let known: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
-                let hint =
-                    name::nearest(&known, &name).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+                let hint = name::hint(&known, &name);
                 Failure::Name(format!("unknown vehicle type {name:?}{hint}"))
             };
             Ok(types.get(types.find(&name).ok_or_else(unknown)?).clone())

@@ -105,8 +105,7 @@ impl World {
     /// Names of signals, and what each of their groups shows and for how many seconds still; infinite where it is held.
     pub fn signals(&self) -> Vec<(String, Vec<(&'static str, f32)>)> {
         let signals = self.simulation.world.resource::<Signals>();
-        let name = |aspect| ASPECTS.iter().find(|known| known.1 == aspect).map_or("red", |known| known.0);
-        let aspect = |group: &(Aspect, f32)| (name(group.0), group.1);
+        let aspect = |group: &(Aspect, f32)| (name::of(&ASPECTS, group.0), group.1);
         let mut heads = signals.heads().iter().map(aspect);
         let of = |signal: &relief::systems::vehicles::signals::Signal| {
             (signal.name.clone(), heads.by_ref().take(signal.green.len()).collect())
@@ -120,7 +119,7 @@ impl World {
         let found = signals.iter().find(|known| known.name == signal);
         found.map(|known| known.green.len()).ok_or_else(|| {
             let known: Vec<&str> = signals.iter().map(|known| known.name.as_str()).collect();
-            let hint = name::nearest(&known, signal).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+            let hint = name::hint(&known, signal);
             Failure::Name(format!("unknown signal {signal:?}{hint}"))
         })
     }
@@ -128,10 +127,8 @@ impl World {
 
 /// What so many groups are to show: one name for all of them, or a name for each.
 fn aspects(names: &[String], groups: usize) -> Outcome<Vec<Aspect>> {
-    let aspect = |name: &String| {
-        let found = ASPECTS.iter().find(|known| known.0 == name);
-        let wrong = || Failure::value(format!("shows: expected \"red\", \"amber\" or \"green\", found {name:?}"));
-        found.map(|known| known.1).ok_or_else(wrong)
+    let aspect = |wanted: &String| {
+        name::find("aspect", &ASPECTS, wanted).map_err(|message| Failure::value(format!("shows: {message}")))
     };
     match names {
         [all] => Ok(vec![aspect(all)?; groups]),
@@ -147,8 +144,8 @@ fn aspects(names: &[String], groups: usize) -> Outcome<Vec<Aspect>> {
 impl Sim {
     /// Holds a signal: from now on its groups show `shows`, "red", "amber" or "green" each, or one of them for all,
     /// whatever the time. None releases it, and it goes on by its times. While it is held, `signals` has infinite
-    /// seconds. It is an input, so recordings have it, and state, so snapshots do. Groups that are held at green together
-    /// do not see each other come. Raises KeyError, which names the nearest.
+    /// seconds. It is an input, so recordings have it, and state, so snapshots do. Groups that are held at green
+    /// together do not see each other come. Raises KeyError, which names the nearest.
     #[pyo3(signature = (name, shows))]
     fn set_signal(&self, py: Python<'_>, name: &Bound<'_, PyAny>, shows: Given<'_, '_>) -> PyResult<()> {
         let signal: String = required("name", name)?;

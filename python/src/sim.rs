@@ -249,8 +249,7 @@ impl World {
         for name in names {
             if !all.iter().any(|(full, _)| is_among(std::slice::from_ref(name), full)) {
                 let known: Vec<&str> = all.iter().map(|(full, _)| full.as_str()).collect();
-                let hint =
-                    name::nearest(&known, name).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+                let hint = name::hint(&known, name);
                 return Err(Failure::Name(format!("unknown sensor {name:?}{hint}")));
             }
         }

@@ -41,7 +41,7 @@ fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute,
     let routes = world.simulation.world.resource::<Routes>();
     let id = routes.find(route).ok_or_else(|| {
         let known: Vec<&str> = routes.iter().map(|(_, route)| route.plan.name.as_str()).collect();
-        let hint = name::nearest(&known, route).map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+        let hint = name::hint(&known, route);
         Failure::value(format!("unknown route {route:?}{hint}"))
     })?;
     let found = routes.get(id).map_or((0, 0.0), |found| (found.lanes(), found.length));
@@ -96,8 +96,7 @@ impl Sim {
             let types = world.simulation.world.resource::<VehicleTypes>();
             if types.find(&kind).is_none() {
                 let known: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
-                let hint = name::nearest(&known, &kind);
-                let hint = hint.map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+                let hint = name::hint(&known, &kind);
                 let known = known.join(", ");
                 return Err(Failure::value(format!("unknown vehicle type {kind:?}{hint}; expected one of: {known}")));
             }

@@ -172,8 +172,7 @@ impl World {
                 .into_iter()
                 .filter_map(|id| world.get::<Name>(self.living(id)?).map(Name::as_str))
                 .collect();
-            let hint = relief::name::nearest(&names, name);
-            let hint = hint.map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+            let hint = relief::name::hint(&names, name);
             Failure::Name(format!("unknown entity {name:?}{hint}"))
         })
     }

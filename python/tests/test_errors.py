@@ -199,7 +199,7 @@ def test_errors_of_lenses_name_their_arguments(field):
         ({"K": (0, 9, 3.5, 3.5)}, "K: expected fx above 0"),
         ({"K": (50, 50, 32, 24), "distortion": (-5, 0)}, "K, distortion: folds"),
         ({"K": (50, 50, 32, 24), "fisheye": (-5, 5)}, "K, fisheye: folds"),
-        ({"K": (50, 50, 32, 24), "fisheye": (0, 0), "largest_degrees": 200}, "^largest_degrees: expected a number above"),
+        ({"K": (50, 50, 32, 24), "fisheye": (0, 0), "largest_degrees": 200}, "^largest_degrees: expected a number"),
     ]
     for given, message in wanted:
         with pytest.raises(ValueError, match=message):

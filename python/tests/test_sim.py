@@ -247,8 +247,8 @@ def test_signals_are_held_and_released(road, tmp_path):
     [
         ("crosing", "red", KeyError, 'unknown signal "crosing" (did you mean "crossing"?)'),
         ("crosing", None, KeyError, "unknown signal"),
-        ("crossing", "blue", ValueError, 'shows: expected "red", "amber" or "green", found "blue"'),
-        ("crossing", ["red", "Green"], ValueError, 'shows: expected "red", "amber" or "green", found "Green"'),
+        ("crossing", "blue", ValueError, 'shows: unknown aspect "blue"; expected one of: red, amber, green'),
+        ("crossing", ["red", "Green"], ValueError, 'shows: unknown aspect "Green" (did you mean "green"?)'),
         ("crossing", ["red"] * 3, ValueError, "shows: expected one name, or 2, one for each group, found 3"),
         ("crossing", [], ValueError, "shows: expected one name, or 2, one for each group, found 0"),
         ("crossing", {"red", "green"}, TypeError, "shows: expected a string, or a list of strings, found {"),

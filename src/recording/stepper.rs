@@ -190,9 +190,7 @@ impl Stepper {
     pub fn step(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
         self.apply_inputs(simulation)?;
         if let Some(recording) = &mut self.recording {
-            let recorded = recording.inputs(step_of(simulation))?;
-            let mut inputs = simulation.world.resource_mut::<Inputs>();
-            recorded.into_iter().for_each(|input| inputs.push_saved(input));
+            push_recorded(recording, simulation)?;
         }
         simulation.step();
         warn(simulation);
@@ -233,9 +231,7 @@ impl Stepper {
         self.apply_inputs(simulation)?;
         let step = step_of(simulation);
         if let Some(recording) = self.recording.as_mut().filter(|recording| recording.steps().1 == step) {
-            let recorded = recording.inputs(step)?;
-            let mut inputs = simulation.world.resource_mut::<Inputs>();
-            recorded.into_iter().for_each(|input| inputs.push_saved(input));
+            push_recorded(recording, simulation)?;
             inputs::apply_queued(&mut simulation.world);
             if recording.end().is_some_and(|end| end != state_hash::hash(&mut simulation.world)) {
                 return Err(recording.diverged(step));
@@ -249,6 +245,14 @@ impl Stepper {
     pub fn stop_writing(&mut self) {
         (self.hashes, self.recorder) = (None, None);
     }
+}
+
+/// Queues what came after the present step.
+fn push_recorded(recording: &mut Recording, simulation: &mut Simulation) -> Result<(), RecordingError> {
+    let recorded = recording.inputs(step_of(simulation))?;
+    let mut inputs = simulation.world.resource_mut::<Inputs>();
+    recorded.into_iter().for_each(|input| inputs.push_saved(input));
+    Ok(())
 }
 
 fn step_of(simulation: &Simulation) -> u64 {

@@ -6,7 +6,7 @@ use systems::Simulation;
 use systems::space::Transform;
 use systems::vehicles::forks::{Chooser, Fork};
 use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{HeldSignals, Signal, Signals};
+use systems::vehicles::signals::{Signal, Signals};
 use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
 
 const LINE: f32 = 80.0;
@@ -204,7 +204,6 @@ fn who_turned_off_is_in_the_way_until_the_ways_have_parted() {
     let mut simulation = world(&[1, 2]);
     let take = |simulation: &Simulation, way: u16| (0..100).find(|&n| next(simulation, n, 0, 4.0) == way).expect("one");
     let (left, straight) = (take(&simulation, 2), take(&simulation, 1));
-    simulation.world.resource_mut::<Signals>().tick(0.0, &HeldSignals::default());
     // The first has to stop just after it turned off; it is not in the lane any more that both came from.
     let kind = VehicleType::default();
     let parked = park(&mut simulation, 1000, Transform::from_xyz(2.6, 0.0, 99.0).looking_to(-Vec3::X, Vec3::Y));

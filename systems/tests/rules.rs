@@ -118,7 +118,8 @@ fn a_held_signal_shows_what_it_was_told_until_it_is_released() {
     assert_eq!(heads(&simulation), by_time(&simulation));
 }
 
-/// Drivers keep to what a held signal shows, not to its times. At an amber that may last for ever they stop if they can.
+/// Drivers keep to what a held signal shows, not to its times. At an amber that may last for ever they stop if they
+/// can.
 #[test]
 fn drivers_keep_to_what_held_signals_show() {
     let line = 80.0;
