@@ -6,6 +6,7 @@
 pub mod names;
 #[cfg(feature = "vehicles")]
 mod roads;
+mod sensor_names;
 mod surfaces;
 
 use super::faults::{Fault, Trail, unknown};
@@ -39,6 +40,7 @@ fn has_vehicles(scene: &Scene) -> bool {
 pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
     let mut check = Check::new(scene, files);
     check.scene();
+    check.faults.extend(sensor_names::duplicates(scene));
     check.faults
 }
 

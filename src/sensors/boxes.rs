@@ -7,7 +7,7 @@
 
 use super::label_table::LabelRuns;
 use super::lidar::Pose;
-use super::motion::may_have_moved;
+use super::motion::Place;
 use super::outline::{Outline, before_plane};
 use super::things::Thing;
 use crate::renderer::SlotSet;
@@ -69,7 +69,7 @@ pub(super) struct Scene<'a> {
     /// Camera axes, X right, Y down, Z forward, from the scene's coordinates.
     pub camera_from_world: DAffine3,
     /// Of things, by their numbers, at the capture before, and the seconds since.
-    pub before: Option<(&'a BTreeMap<u32, Pose>, f64)>,
+    pub before: Option<(&'a BTreeMap<u32, Place>, f64)>,
     /// The number of the thing that the camera is on, of which there is no box.
     pub mounted_on: Option<u32>,
 }
@@ -168,13 +168,13 @@ impl Scene<'_> {
         let (area, area_within) = (outline.area(), within.area());
         let out_of_picture = if area > 0.0 { (1.0 - area_within / area).clamp(0.0, 1.0) as f32 } else { 0.0 };
         let bounds = within.bounds().or(seen_edges).filter(|_| seen.is_some() || area_within > 0.0)?;
-        let Pose { rotation, .. } = thing.pose;
+        let Pose { translation, rotation } = thing.place.pose;
         let camera_from_thing = (DQuat::from_mat3(&self.camera_from_world.matrix3) * rotation).normalize();
         let center = thing.center();
         let size = thing.high - thing.low;
         let corners = std::array::from_fn(|corner| {
             let choose = |axis: usize| if corner >> (2 - axis) & 1 == 1 { thing.high[axis] } else { thing.low[axis] };
-            let place = thing.pose.translation + rotation * DVec3::new(choose(0), choose(1), choose(2));
+            let place = translation + rotation * DVec3::new(choose(0), choose(1), choose(2));
             let place = pixel(camera, self.camera_from_world.transform_point3(place));
             place.map(|place| place.as_vec2().to_array())
         });
@@ -200,9 +200,9 @@ impl Scene<'_> {
     /// From where a thing was.
     fn motion(&self, thing: &Thing) -> Option<Motion> {
         let (all, seconds) = self.before?;
-        let before = all.get(&thing.number).filter(|before| may_have_moved(before, &thing.pose, seconds))?;
+        let before = all.get(&thing.number).filter(|before| before.leads_to(&thing.place, seconds))?.pose;
         let moved = thing.center() - (before.translation + before.rotation * thing.middle());
-        let turned = (thing.pose.rotation * before.rotation.inverse()).normalize();
+        let turned = (thing.place.pose.rotation * before.rotation.inverse()).normalize();
         // The shorter way.
         let turned = if turned.w < 0.0 { -turned } else { turned };
         let yaw_rate = (turned.to_scaled_axis().y / seconds) as f32;

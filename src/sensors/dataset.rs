@@ -12,7 +12,6 @@
 
 use super::description;
 use super::files::{self, FileFormat, OutputFile};
-use super::lidar::Pose;
 use super::manifest::Manifest;
 use super::motion;
 use super::rays::RayWarnings;
@@ -25,7 +24,6 @@ use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings};
 use bevy_ecs::prelude::*;
-use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::ops::Range;
@@ -235,10 +233,7 @@ fn run_info<'a>(
 /// Where all sensors are.
 fn poses(world: &mut World) -> Poses {
     let named = sensor_names(world);
-    let placed = |(name, sensor): (String, Entity)| {
-        let Pose { translation, rotation } = motion::pose(world, sensor);
-        (name, DAffine3::from_rotation_translation(rotation, translation))
-    };
+    let placed = |(name, sensor): (String, Entity)| (name, motion::pose(world, sensor).world_from_entity());
     named.into_iter().map(placed).collect()
 }
 

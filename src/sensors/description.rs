@@ -21,16 +21,19 @@ use systems::space::origin::Origin;
 /// Of the file's form.
 const VERSION: u32 = 1;
 
-/// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates.
+/// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates. Of a lidar also
+/// when its first column was fired; of one that sweeps, where it was then.
 pub(super) fn capture(due: &Due, step: u64, world: &World) -> Value {
-    let [before, now] = due.in_scene(world.resource::<Origin>().0);
     let mut at = json!({
         "step": step,
         "nanoseconds": nanoseconds(world.resource::<Clock>(), step),
-        "world_from_entity": rows(&DMat4::from(now)),
+        "world_from_entity": rows(&DMat4::from(due.in_scene(world.resource::<Origin>().0))),
     });
-    if matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
-        at["world_from_entity_before"] = rows(&DMat4::from(before));
+    if let Some((nanoseconds, before)) = due.first_column(world) {
+        at["first_column_nanoseconds"] = json!(nanoseconds);
+        if matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
+            at["world_from_entity_before"] = rows(&DMat4::from(before));
+        }
     }
     at
 }

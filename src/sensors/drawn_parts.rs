@@ -2,6 +2,8 @@
 
 use super::label_table::{LabelTable, Labels};
 use super::lidar::Pose;
+use super::motion::{Place, jumps};
+use bevy_ecs::entity::EntityIndex;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 use systems::Simulation;
@@ -32,9 +34,17 @@ pub(super) struct Part {
 #[derive(Default)]
 pub(super) struct Places {
     /// Of drawn entities, by their numbers: `part`.
-    pub parts: BTreeMap<u32, DAffine3>,
+    pub parts: BTreeMap<u32, PartPlace>,
     /// Of things, by their numbers: `instance`.
-    pub things: BTreeMap<u32, Pose>,
+    pub things: BTreeMap<u32, Place>,
+}
+
+/// Where a drawn entity is, and how often it was put there until then.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct PartPlace {
+    pub world_from_object: DAffine3,
+    /// [`jumps`].
+    pub jumps: u32,
 }
 
 impl DrawnParts {
@@ -50,11 +60,15 @@ impl DrawnParts {
             let labels = labels.labels(world, record.entity.wrapping_add(1));
             let world_from_object = affine(record, origin);
             drawn.parts.push(Part { slot, mesh: key.mesh, labels, world_from_object });
-            drawn.places.parts.insert(labels.part, world_from_object);
+            let entity = EntityIndex::from_raw_u32(record.entity);
+            let jumps_of = |index| jumps(world, world.entities().resolve_from_index(index));
+            let jumped = entity.map_or(0, jumps_of);
+            drawn.places.parts.insert(labels.part, PartPlace { world_from_object, jumps: jumped });
             if let Some(thing) = labels.thing
                 && let Some(place) = world.get::<GlobalTransform>(thing)
             {
-                drawn.places.things.entry(labels.instance).or_insert_with(|| Pose::of(place).moved(origin));
+                let place = || Place { pose: Pose::of(place).moved(origin), jumps: jumps(world, thing) };
+                drawn.places.things.entry(labels.instance).or_insert_with(place);
             }
         }
         drawn

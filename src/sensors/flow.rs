@@ -7,7 +7,8 @@
 //! X = V_k · π⁻¹(u, v, range_k(u, v))      x' = π(V_j⁻¹ · M_j · M_k⁻¹ · X)      flow = x' − (u, v)
 //! ```
 //!
-//! The sky is infinitely far: it moves as the camera turns, and not as it moves.
+//! The sky is infinitely far: it moves as the camera turns, and not as it moves. What was put elsewhere in between has no
+//! flow, and a camera that was sees none.
 
 use super::drawn_parts::Places;
 use super::lens_map::LensMap;
@@ -46,6 +47,8 @@ pub struct Flow {
 pub(super) struct FlowFrame {
     /// From camera axes, X right, Y down, Z forward, to the scene's coordinates.
     pub world_from_camera: DAffine3,
+    /// How often the camera was put elsewhere.
+    pub jumps: u32,
     /// Places of what is drawn.
     pub places: Arc<Places>,
     /// By pixel: metres from the optical centre, infinite where there is nothing.
@@ -64,8 +67,9 @@ pub(super) fn flow(camera: &CameraSensor, map: Option<&LensMap>, from: &FlowFram
     for part in from.part.chunk_by(|a, b| a == b).map(|run| run[0]) {
         moves.entry(part).or_insert_with(|| {
             let (before, after) = (from.places.parts.get(&part)?, to.places.parts.get(&part)?);
-            let moved = if before == after { DAffine3::IDENTITY } else { *after * before.inverse() };
-            Some(camera_from_world * moved * from.world_from_camera)
+            let (was, is) = (before.world_from_object, after.world_from_object);
+            let moved = if was == is { DAffine3::IDENTITY } else { is * was.inverse() };
+            (before.jumps == after.jumps).then_some(camera_from_world * moved * from.world_from_camera)
         });
     }
     let has_center = camera.intrinsics().is_some();
@@ -77,6 +81,9 @@ pub(super) fn flow(camera: &CameraSensor, map: Option<&LensMap>, from: &FlowFram
     };
     let pixels = from.part.len();
     let mut flow = Flow { pixels: vec![[0.0; 2]; pixels], flags: vec![0; pixels] };
+    if from.jumps != to.jumps {
+        return flow;
+    }
     let rows = flow.pixels.chunks_mut(width).zip(flow.flags.chunks_mut(width)).enumerate();
     let rows: Vec<_> = rows.collect();
     in_parallel(rows.into_iter(), |(v, (shifts, flags))| {

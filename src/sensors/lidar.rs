@@ -57,6 +57,11 @@ impl Pose {
         if lidar.sweep { poses[0].toward(&poses[1], columns.fraction(i)) } else { poses[1] }
     }
 
+    /// From the entity's axes to places in the world.
+    pub fn world_from_entity(&self) -> DAffine3 {
+        DAffine3::from_rotation_translation(self.rotation, self.translation)
+    }
+
     /// From a lidar's points (x forward, y left, z up) to places in the world.
     pub fn world_from_points(&self) -> DAffine3 {
         let axes = [DVec3::Z, DVec3::X, DVec3::Y].map(|axis| self.rotation * axis);
@@ -239,7 +244,12 @@ impl Column {
             if uniform(for_drop) < lidar.noise.drop_rate || intensity < lidar.noise.drop_below {
                 return Return::NONE;
             }
-            range = (range + f64::from(lidar.noise.range_sigma * normal(for_range))).max(0.0);
+            range += f64::from(lidar.noise.range_sigma * normal(for_range));
+        }
+        // What it would measure beyond its own range, it does not report; no distance is 0.
+        let (least, most) = lidar.range;
+        if !(range as f32 > 0.0 && (least..=most).contains(&(range as f32))) {
+            return Return::NONE;
         }
         let xyz = (along * range + above).as_vec3();
         Return { xyz, range: range as f32, intensity, entity: met.entity, hit: true }

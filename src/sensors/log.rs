@@ -2,24 +2,24 @@
 //!
 //! ```text
 //! /clock             the time, after each step
-//! /tf                the frame of each sensor in the frame `world`, at each of its captures
+//! /tf                the frame of each sensor in the frame `world`, at each of its captures; of a lidar that sweeps also
+//!                    when its first column was fired, unless that was at the capture before
 //! /ego/front/…       of a camera: image_raw (rgb8), depth (32FC1, metres), class (mono8), instance (32SC1), camera_info,
 //!                    boxes (foxglove_msgs/ImageAnnotations), objects (foxglove_msgs/SceneUpdate, in `world`)
-//! /ego/top/points    of a lidar, returns alone: x, y, z, intensity, ring, time, instance, class
+//! /ego/top/points    of a lidar, returns alone: x, y, z, intensity, ring, time, instance, class; of the time of its
+//!                    first column where it sweeps
 //! /ego/imu/imu       of an IMU, once it measures: of the time that its reading is of
 //! /ego/mast/fix      of a GNSS receiver
 //! ```
 //!
 //! Times are nanoseconds of the simulation. The world has Z up: (x, y, z) are the scene's (Z, X, Y). A camera's frame
-//! is optical: X right, Y down, Z forward. A lidar's has X forward, Y left, Z up. It is where the lidar is at the
-//! capture; points of one that sweeps are as it was when each was measured, `time` seconds after the first column.
+//! is optical: X right, Y down, Z forward. A lidar's has X forward, Y left, Z up. A point was measured `time` seconds after
+//! the stamp of its cloud, from where the frame was then: points of one that does not sweep all at the capture.
 //! A camera whose projection is parallel has no camera_info. An IMU and a GNSS receiver have the axes of lidars.
 
-use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
+use super::axes::ROS_FROM_WORLD;
 use super::run_writer::{Poses, RunInfo, RunWriter};
-use super::{
-    CameraCapture, Capture, GnssCapture, ImuCapture, LidarCapture, ObjectBox, SensorCapture, SensorData, log_boxes,
-};
+use super::{CameraCapture, Capture, GnssCapture, ImuCapture, LidarCapture, ObjectBox, SensorData, log_boxes};
 use crate::export::array::Column;
 use crate::export::mcap::Log;
 use crate::export::ros::{
@@ -28,7 +28,7 @@ use crate::export::ros::{
 };
 use crate::frames::FrameError;
 use crate::output::{OutputError, WholeFile};
-use glam::{DMat3, DQuat};
+use glam::{DAffine3, DMat3, DQuat};
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -44,6 +44,8 @@ pub(super) struct SensorLog {
     classes: Classes,
     /// Frames of cameras with boxes: where there are none in a picture, that is said.
     labelled: BTreeSet<String>,
+    /// Nanoseconds of the clock from which on captures are in the log, or in those of parts of the run before this one.
+    first: u64,
 }
 
 impl SensorLog {
@@ -55,13 +57,19 @@ impl SensorLog {
         let file = BufWriter::new(WholeFile::begin(path)?);
         let log = Log::new(file).map_err(|error| OutputError::io(path, error))?;
         let labelled = run.labelled().iter().map(|name| frame_name(name)).collect();
-        Ok(Self { path: path.to_owned(), log, classes: run.classes.clone(), labelled })
+        let first = (run.first as f64 * run.step_seconds * 1e9).round() as u64;
+        Ok(Self { path: path.to_owned(), log, classes: run.classes.clone(), labelled, first })
     }
 
     fn append(&mut self, Capture { nanoseconds, sensors, .. }: &Capture) -> io::Result<()> {
         let names: Vec<String> = sensors.iter().map(|sensor| frame_name(&sensor.name)).collect();
         let named = || names.iter().map(String::as_str).zip(sensors);
-        let places: Vec<_> = named().map(|(name, sensor)| place(name, *nanoseconds, sensor)).collect();
+        let begins = named().filter_map(|(name, sensor)| {
+            let begin = sensor.lidar().filter(|lidar| self.is_begin_missing(lidar))?;
+            Some(place(name, begin.nanoseconds, &begin.scene_from_column(0)))
+        });
+        let ends = named().map(|(name, sensor)| place(name, *nanoseconds, &sensor.world_from_outputs()));
+        let places: Vec<_> = begins.chain(ends).collect();
         self.log.write("/tf", *nanoseconds, &TfMessage(&places))?;
         for (frame, sensor) in named() {
             let header = Header { nanoseconds: *nanoseconds, frame };
@@ -108,10 +116,24 @@ impl SensorLog {
         self.log.write(&topic("objects"), nanoseconds, &SceneUpdate { header, boxes: &placed })
     }
 
-    fn lidar(&mut self, header: Header, LidarCapture { scan, instance, class, .. }: &LidarCapture) -> io::Result<()> {
+    /// Whether the log has no transform yet of when a scan's first column was fired: none was captured then, or what was
+    /// is not where the scan began.
+    fn is_begin_missing(
+        &self,
+        LidarCapture { columns, nanoseconds, sweep, is_before_known, .. }: &LidarCapture,
+    ) -> bool {
+        let is_of_capture_before = *is_before_known && columns.lead_seconds() == 0.0 && *nanoseconds >= self.first;
+        *sweep && !is_of_capture_before
+    }
+
+    fn lidar(&mut self, header: Header, lidar: &LidarCapture) -> io::Result<()> {
+        let LidarCapture { scan, instance, class, .. } = lidar;
         let points = returns(&scan.hit, &scan.xyz);
         let (intensity, ring) = (returns(&scan.hit, &scan.intensity), returns(&scan.hit, &scan.ring));
+        // What does not sweep measures all at the capture.
+        let (stamp, since) = if lidar.sweep { (lidar.nanoseconds, 1.0) } else { (header.nanoseconds, 0.0) };
         let (time, instance) = (returns(&scan.hit, &scan.time), returns(&scan.hit, instance));
+        let time: Vec<f32> = time.into_iter().map(|time| time * since).collect();
         let class = returns(&scan.hit, class);
         let columns = [
             Column::new("intensity", &[], &intensity[..]),
@@ -120,7 +142,8 @@ impl SensorLog {
             Column::new("instance", &[], &instance[..]),
             Column::new("class", &[], &class[..]),
         ];
-        let cloud = PointCloud2 { header, points: &points, columns: &columns };
+        let of_scan = Header { nanoseconds: stamp, ..header };
+        let cloud = PointCloud2 { header: of_scan, points: &points, columns: &columns };
         self.log.write(&format!("/{}/points", header.frame), header.nanoseconds, &cloud)
     }
 
@@ -184,18 +207,13 @@ fn diagonal(values: [f64; 3]) -> [f64; 9] {
     DMat3::from_diagonal(values.into()).to_cols_array()
 }
 
-/// Where a sensor's frame is in the world of ROS.
-fn place<'a>(name: &'a str, nanoseconds: u64, sensor: &SensorCapture) -> TransformStamped<'a> {
-    let entity_from_sensor = match sensor.data {
-        SensorData::Camera(_) => ENTITY_FROM_CAMERA,
-        _ => ENTITY_FROM_LIDAR,
-    };
-    let world_from_entity = &sensor.world_from_sensor;
-    let axes = ROS_FROM_WORLD * world_from_entity.matrix3 * entity_from_sensor;
+/// Where a sensor's frame is in the world of ROS. `scene_from_outputs`: from the axes of its outputs.
+fn place<'a>(name: &'a str, nanoseconds: u64, scene_from_outputs: &DAffine3) -> TransformStamped<'a> {
+    let axes = ROS_FROM_WORLD * scene_from_outputs.matrix3;
     TransformStamped {
         header: Header { nanoseconds, frame: WORLD },
         child: name,
-        translation: (ROS_FROM_WORLD * world_from_entity.translation).to_array(),
+        translation: (ROS_FROM_WORLD * scene_from_outputs.translation).to_array(),
         rotation: DQuat::from_mat3(&axes).normalize().to_array(),
     }
 }
@@ -231,6 +249,7 @@ pub(super) fn check_names<'a>(sensors: impl Iterator<Item = &'a String>) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensors::SensorCapture;
     use std::collections::BTreeSet;
 
     #[test]
@@ -255,11 +274,11 @@ mod tests {
         let world_from_sensor = glam::DAffine3::from_translation(glam::DVec3::new(2.0, 3.0, 1.0));
         let entity = bevy_ecs::entity::Entity::PLACEHOLDER;
         let sensor = SensorCapture { entity, name: String::new(), world_from_sensor, data };
-        let found = place("top", 5, &sensor);
+        let found = place("top", 5, &sensor.world_from_outputs());
         assert_eq!((found.translation, found.rotation), ([1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0]));
         // A camera looks back from there, along −x, with y to the right.
         let sensor = SensorCapture { data: SensorData::Camera(CameraCapture::default()), ..sensor };
-        let turn = DQuat::from_array(place("front", 5, &sensor).rotation);
+        let turn = DQuat::from_array(place("front", 5, &sensor.world_from_outputs()).rotation);
         let [right, down, forward] = [glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z].map(|axis| turn * axis);
         for (found, expected) in [(right, glam::DVec3::Y), (down, -glam::DVec3::Z), (forward, -glam::DVec3::X)] {
             // A few roundings of numbers up to 1.

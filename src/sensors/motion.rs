@@ -10,10 +10,11 @@ use bevy_ecs::prelude::*;
 use glam::{DAffine3, DVec3};
 use systems::draw::rigid;
 use systems::sensors::philox::Noise;
-use systems::sensors::{GeoOrigin, GnssReading, GnssSensor, ImuReading, ImuSensor, SensorKind};
-use systems::space::Transform;
+use systems::sensors::{GeoOrigin, GnssReading, GnssSensor, ImuReading, ImuSensor, Sensor, SensorKind};
+use systems::space::{Interpolated, Transform};
 
-/// m/s: what moves faster was put elsewhere.
+/// m/s: what has no motion of its own, which programs move by putting it where it is, was put elsewhere beyond this. What
+/// moves by itself knows when it jumped.
 const FASTEST: f64 = 340.0;
 
 /// What an inertial measurement unit measured.
@@ -68,23 +69,48 @@ pub(super) fn measures_motion(kind: &SensorKind) -> bool {
     matches!(kind, SensorKind::Imu(_) | SensorKind::Gnss(_) | SensorKind::Lane(_) | SensorKind::Collision(_))
 }
 
-/// Where a sensor was when it was due last: steps and poses, the latest last.
+/// Where something is at a time, and how often it was put there until then.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Place {
+    pub pose: Pose,
+    /// [`jumps`].
+    pub jumps: u32,
+}
+
+impl Place {
+    /// Whether it moved from here to a later place, so many seconds later, rather than being put there.
+    pub fn leads_to(&self, later: &Self, seconds: f64) -> bool {
+        let distance = self.pose.translation.distance(later.pose.translation);
+        self.jumps == later.jumps && distance <= FASTEST * seconds
+    }
+}
+
+/// How often something was put elsewhere, by itself or with what it is on. It may begin anew where it comes to hang
+/// elsewhere.
+pub(super) fn jumps(world: &World, entity: Entity) -> u32 {
+    let own = |entity| world.get::<Interpolated>(entity).map_or(0, Interpolated::jumps);
+    own_and_above(world, entity).map(own).fold(0, u32::wrapping_add)
+}
+
+/// Where a sensor was when it was due last: steps and places, the latest last.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Track(Vec<(u64, Pose)>);
+pub(super) struct Track(Vec<(u64, Place)>);
 
 impl Track {
-    /// Notes where a sensor is that is due after a step. Returns where it was when it was due before, and before that,
-    /// as far as that is known. The same again where it is asked again.
-    pub fn note(&mut self, kind: &SensorKind, step: u64, every: u32, now: Pose) -> [Option<Pose>; 2] {
+    /// Notes where a sensor is that is due after a step, `seconds` after it was due before. Returns where it was then,
+    /// and before that, as far as that is known and it moved from there to here. The same again where it is asked again.
+    pub fn note(&mut self, sensor: &Sensor, step: u64, seconds: f64, now: Place) -> [Option<Pose>; 2] {
         self.0.retain(|(at, _)| *at < step);
-        let needed = poses_needed(kind);
-        let before = [1, 2].map(|intervals| {
-            let due = step.checked_sub(intervals * u64::from(every)).filter(|_| intervals <= needed as u64)?;
-            self.0.iter().find(|(at, _)| *at == due).map(|(_, pose)| *pose)
-        });
+        let needed = poses_needed(&sensor.kind);
+        let noted = |intervals: u64| {
+            let due = step.checked_sub(intervals * u64::from(sensor.every)).filter(|_| intervals <= needed as u64)?;
+            self.0.iter().find(|(at, _)| *at == due).map(|(_, place)| *place)
+        };
+        let last = noted(1).filter(|last| last.leads_to(&now, seconds));
+        let first = last.and_then(|last| noted(2).filter(|first| first.leads_to(&last, seconds)));
         self.0.push((step, now));
         self.0.drain(..self.0.len().saturating_sub(needed + 1));
-        before
+        [last, first].map(|place| place.map(|place| place.pose))
     }
 }
 
@@ -114,11 +140,6 @@ pub(super) fn pose(world: &World, entity: Entity) -> Pose {
     Pose { translation: place.translation, rotation }
 }
 
-/// Whether something may have moved from one place to another in so many seconds.
-pub(super) fn may_have_moved(from: &Pose, to: &Pose, seconds: f64) -> bool {
-    from.translation.distance(to.translation) <= FASTEST * seconds
-}
-
 /// What a unit measured that is at the pose now, and was at the others when it was due before, latest first.
 pub(super) fn imu(imu: &ImuSensor, now: &Pose, before: &[Option<Pose>; 2], moment: Moment) -> ImuCapture {
     let Moment { seconds, before: nanoseconds, noise } = moment;
@@ -126,9 +147,6 @@ pub(super) fn imu(imu: &ImuSensor, now: &Pose, before: &[Option<Pose>; 2], momen
     let [Some(last), Some(first)] = before else {
         return ImuCapture { sigmas, nanoseconds, ..ImuCapture::default() };
     };
-    if !(may_have_moved(first, last, seconds) && may_have_moved(last, now, seconds)) {
-        return ImuCapture { sigmas, nanoseconds, ..ImuCapture::default() };
-    }
     let moments = [first, last, now].map(|pose| (pose.translation, pose.rotation));
     ImuCapture { valid: true, nanoseconds, reading: imu.measure(&moments, seconds, noise), sigmas }
 }
@@ -145,7 +163,6 @@ pub(super) fn gnss(
     let sigmas = [gnss.noise.horizontal_sigma, gnss.noise.vertical_sigma].map(f64::from);
     let Some(on_earth) = on_earth else { return GnssCapture { sigmas, ..GnssCapture::default() } };
     let (now, before) = poses;
-    let before = before.filter(|before| may_have_moved(before, now, moment.seconds));
     let velocity = before.map(|before| (now.translation - before.translation) / moment.seconds);
     let mut reading = gnss.measure(on_earth, now.translation + origin, velocity.unwrap_or_default(), moment.noise);
     if velocity.is_none() {
@@ -163,40 +180,72 @@ mod tests {
         Pose { translation: DVec3::X * x, ..Pose::default() }
     }
 
+    fn place(x: f64) -> Place {
+        Place { pose: at(x), jumps: 0 }
+    }
+
+    fn sensor(kind: SensorKind, every: u32) -> Sensor {
+        Sensor::new(kind).every(every)
+    }
+
     #[test]
     fn a_track_knows_the_poses_of_the_last_intervals() {
-        let (imu, gnss) = (SensorKind::Imu(ImuSensor::default()), SensorKind::Gnss(GnssSensor::default()));
+        let imu = sensor(SensorKind::Imu(ImuSensor::default()), 3);
         let mut track = Track::default();
-        assert_eq!(track.note(&imu, 1, 3, at(1.0)), [None, None]);
-        assert_eq!(track.note(&imu, 4, 3, at(4.0)), [Some(at(1.0)), None]);
+        let mut note = |step, x| track.note(&imu, step, 1.0, place(x));
+        assert_eq!(note(1, 1.0), [None, None]);
+        assert_eq!(note(4, 4.0), [Some(at(1.0)), None]);
         // Asked twice, it says the same.
         for _ in 0..2 {
-            assert_eq!(track.note(&imu, 7, 3, at(7.0)), [Some(at(4.0)), Some(at(1.0))]);
+            assert_eq!(note(7, 7.0), [Some(at(4.0)), Some(at(1.0))]);
         }
-        // It was not asked after step 10.
-        assert_eq!(track.note(&imu, 13, 3, at(13.0)), [None, Some(at(7.0))]);
+        // It was not asked after step 10: nothing leads from what was before that.
+        assert_eq!(note(13, 13.0), [None, None]);
         // The world went back.
-        assert_eq!(track.note(&imu, 10, 3, at(10.0)), [Some(at(7.0)), Some(at(4.0))]);
-        assert_eq!(track.note(&imu, 13, 3, at(14.0)), [Some(at(10.0)), Some(at(7.0))]);
-        let mut track = Track::default();
-        assert_eq!([1, 2, 3].map(|step| track.note(&gnss, step, 1, at(0.0))[0].is_some()), [false, true, true]);
-        assert_eq!(track.0.len(), 2);
+        assert_eq!(note(10, 10.0), [Some(at(7.0)), Some(at(4.0))]);
+        assert_eq!(note(13, 14.0), [Some(at(10.0)), Some(at(7.0))]);
+        let (gnss, mut track) = (sensor(SensorKind::Gnss(GnssSensor::default()), 1), Track::default());
+        let is_known = [1, 2, 3].map(|step| track.note(&gnss, step, 1.0, place(0.0))[0].is_some());
+        assert_eq!((is_known, track.0.len()), ([false, true, true], 2));
         assert_eq!(poses_needed(&SensorKind::Lidar(LidarSensor { sweep: true, ..LidarSensor::default() })), 1);
     }
 
     #[test]
-    fn what_was_put_elsewhere_has_no_reading_of_motion() {
+    fn nothing_leads_over_a_jump_however_slow() {
+        let imu = sensor(SensorKind::Imu(ImuSensor::default()), 60);
+        let mut track = Track::default();
+        let mut note = |step, x, jumps| {
+            let [last, first] = track.note(&imu, step, 1.0, Place { pose: at(x), jumps });
+            (last.is_some(), first.is_some())
+        };
+        assert_eq!(note(0, 0.0, 3), (false, false));
+        assert_eq!(note(60, 10.0, 3), (true, false));
+        assert_eq!(note(120, 20.0, 3), (true, true));
+        // 30 m back in a second, where it drives 10.
+        assert_eq!(note(180, -10.0, 4), (false, false));
+        assert_eq!(note(240, 0.0, 4), (true, false));
+        assert_eq!(note(300, 10.0, 4), (true, true));
+        // Where it jumped to where it would have been.
+        assert_eq!(note(360, 20.0, 5), (false, false));
+    }
+
+    #[test]
+    fn what_is_put_where_it_is_moves_by_that_up_to_the_speed_of_sound() {
+        let moved = |x: f64| place(0.0).leads_to(&place(x), 0.1);
+        assert_eq!([33.9, 34.1].map(moved), [true, false]);
+    }
+
+    #[test]
+    fn what_knows_not_where_it_was_has_no_reading_of_motion() {
         let moment = Moment { seconds: 0.1, before: 7, noise: Noise::new(0, 0, 0) };
         let (unit, receiver) = (ImuSensor::default(), GnssSensor::default());
-        let read = |places: [f64; 3]| {
-            let [first, last, now] = places.map(at);
-            let before = [Some(last), Some(first)];
-            let origin = GeoOrigin::default();
-            let place = gnss(&receiver, Some(&origin), DVec3::ZERO, (&now, Some(last)), moment);
+        let read = |before: [Option<Pose>; 2]| {
+            let (now, origin) = (at(2.0), GeoOrigin::default());
+            let place = gnss(&receiver, Some(&origin), DVec3::ZERO, (&now, before[0]), moment);
             (imu(&unit, &now, &before, moment).valid, place.has_velocity, place.valid)
         };
-        assert_eq!(read([0.0, 30.0, 60.0]), (true, true, true));
-        assert_eq!(read([0.0, 40.0, 60.0]), (false, true, true));
-        assert_eq!(read([0.0, 20.0, 60.0]), (false, false, true));
+        assert_eq!(read([Some(at(1.0)), Some(at(0.0))]), (true, true, true));
+        assert_eq!(read([Some(at(1.0)), None]), (false, true, true));
+        assert_eq!(read([None, None]), (false, false, true));
     }
 }

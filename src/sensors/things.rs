@@ -2,6 +2,7 @@
 
 use super::drawn_parts::{DrawnParts, Part};
 use super::lidar::Pose;
+use super::motion::Place;
 use super::outer_vertices::outer_vertices;
 use crate::renderer::SlotSet;
 use glam::{DAffine3, DVec3};
@@ -42,7 +43,7 @@ pub(super) struct Thing {
     /// What is drawn of it.
     pub slots: SlotSet,
     /// Where its own axes are, in the scene's coordinates.
-    pub pose: Pose,
+    pub place: Place,
     /// Corners of its box in its own axes, metres.
     pub low: DVec3,
     pub high: DVec3,
@@ -51,29 +52,30 @@ pub(super) struct Thing {
 }
 
 impl Thing {
-    fn new(number: u32, parts: &[&Part], pose: Pose, meshes: &OuterVertices) -> Option<Self> {
+    fn new(number: u32, parts: &[&Part], place: Place, meshes: &OuterVertices) -> Option<Self> {
         let mut slots = SlotSet::default();
         parts.iter().for_each(|part| slots.insert(part.slot));
-        let thing_from_world = DAffine3::from_rotation_translation(pose.rotation, pose.translation).inverse();
+        let Pose { translation, rotation } = place.pose;
+        let thing_from_world = DAffine3::from_rotation_translation(rotation, translation).inverse();
         let (mut low, mut high) = (DVec3::MAX, DVec3::MIN);
         let mut vertices = Vec::new();
         for part in parts {
             let Some((_, own)) = meshes.meshes.get(&part.mesh) else { continue };
             for vertex in own.iter() {
-                let place = part.world_from_object.transform_point3(*vertex);
-                let inner = thing_from_world.transform_point3(place);
+                let vertex = part.world_from_object.transform_point3(*vertex);
+                let inner = thing_from_world.transform_point3(vertex);
                 (low, high) = (low.min(inner), high.max(inner));
-                vertices.push(place);
+                vertices.push(vertex);
             }
         }
         let class = parts.first()?.labels.class;
         let is_there = low.cmple(high).all() && low.is_finite() && high.is_finite();
-        is_there.then_some(Self { number, class, slots, pose, low, high, vertices })
+        is_there.then_some(Self { number, class, slots, place, low, high, vertices })
     }
 
     /// The middle of its box, the scene's coordinates.
     pub fn center(&self) -> DVec3 {
-        self.pose.translation + self.pose.rotation * self.middle()
+        self.place.pose.translation + self.place.pose.rotation * self.middle()
     }
 
     /// The same, in its own axes.

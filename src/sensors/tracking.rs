@@ -42,6 +42,8 @@ pub(super) struct TrackedCamera<'a> {
     pub map: Option<&'a LensMap>,
     /// From camera axes, X right, Y down, Z forward, to the scene's coordinates.
     pub world_from_camera: DAffine3,
+    /// How often it was put elsewhere.
+    pub jumps: u32,
     /// The number of the thing that it is on.
     pub mounted_on: Option<u32>,
 }
@@ -75,14 +77,14 @@ impl Tracker {
         capture: &mut CameraCapture,
         found: &LabelRuns,
     ) -> Option<Boxes> {
-        let &TrackedCamera { entity, sensor, camera, map, world_from_camera, mounted_on } = camera;
+        let &TrackedCamera { entity, sensor, camera, map, world_from_camera, jumps, mounted_on } = camera;
         let has = |output| camera.outputs.has(output);
         let (has_flow, has_flow_back, has_boxes) =
             (has(CameraOutput::Flow), has(CameraOutput::FlowBack), has(CameraOutput::Boxes));
         if !(has_flow || has_flow_back || has_boxes) {
             return None;
         }
-        let mut now = FlowFrame { world_from_camera, places: tracked.places.clone(), ..FlowFrame::default() };
+        let mut now = FlowFrame { world_from_camera, jumps, places: tracked.places.clone(), ..FlowFrame::default() };
         if has_flow || has_flow_back {
             now.part = found.each(|labels| labels.part);
             now.range =

@@ -7,7 +7,7 @@ use super::drawing::Drawing;
 use super::label_table::{LabelTable, mounted_on, number, thing_of};
 use super::lens_map::LensMaps;
 use super::lidar::{self, Pose};
-use super::motion::{self, Moment, Track};
+use super::motion::{self, Moment, Place, Track, jumps};
 #[cfg(not(feature = "vehicles"))]
 use super::no_vehicles::{collisions, lanes};
 use super::rays::{RayScene, RayWarnings};
@@ -24,7 +24,7 @@ use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::snapshot::Restored;
 use systems::sensors::philox::Noise;
-use systems::sensors::{GeoOrigin, Sensor, SensorKind};
+use systems::sensors::{Columns, GeoOrigin, LidarSensor, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -140,6 +140,7 @@ impl WorldSensors {
                             camera,
                             map: plan.map(),
                             world_from_camera: plan.world_from_camera(origin),
+                            jumps: jumps(world, due.entity),
                             mounted_on: mounted_on(world, due.entity).map(|above| number(world, above)),
                         };
                         let boxes = tracker.track(tracked, &camera, &mut capture, &found);
@@ -148,12 +149,20 @@ impl WorldSensors {
                     SensorData::Camera(capture)
                 }
                 SensorKind::Lidar(lidar) => {
-                    let columns = lidar.columns_between(due.steps[0], due.steps[1], step_seconds);
+                    let columns = due.columns(lidar, step_seconds);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
-                    let in_scene = |pose: Pose| Pose { translation: pose.translation + origin, ..pose };
-                    SensorData::Lidar(LidarCapture { scan, instance, class, columns, poses: due.poses.map(in_scene) })
+                    SensorData::Lidar(LidarCapture {
+                        scan,
+                        instance,
+                        class,
+                        columns,
+                        nanoseconds: due.first_column_nanoseconds(&columns, clock),
+                        sweep: lidar.sweep,
+                        poses: due.poses.map(|pose| pose.moved(origin)),
+                        is_before_known: due.before[0].is_some(),
+                    })
                 }
                 SensorKind::Imu(imu) => SensorData::Imu(motion::imu(imu, now, &due.before, moment)),
                 SensorKind::Gnss(gnss) => {
@@ -165,7 +174,7 @@ impl WorldSensors {
                 }
                 SensorKind::Lane(lane) => SensorData::Lane(lanes::capture(lane, world, due.entity, now)),
             };
-            let [_, world_from_sensor] = due.in_scene(origin);
+            let world_from_sensor = due.in_scene(origin);
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
         let nanoseconds = nanoseconds(clock, step);
@@ -233,11 +242,10 @@ impl WorldSensors {
         for entity in sensors {
             let Some(mut found) = Due::of(world, entity, step) else { continue };
             let track = self.tracks.entry(entity).or_default();
-            found.before = track.note(&found.sensor.kind, step, found.sensor.every, found.poses[1]);
             let seconds = f64::from(found.sensor.every) * world.resource::<Clock>().step_seconds;
-            // What was put elsewhere meanwhile did not sweep over what is between.
-            let came_from = found.before[0].filter(|before| motion::may_have_moved(before, &found.poses[1], seconds));
-            found.poses[0] = came_from.unwrap_or(found.poses[1]);
+            let now = Place { pose: found.poses[1], jumps: jumps(world, entity) };
+            found.before = track.note(&found.sensor, step, seconds, now);
+            found.poses[0] = found.before[0].unwrap_or(found.poses[1]);
             if wanted(&found.name) {
                 due.push(found);
             }
@@ -303,9 +311,31 @@ impl Due {
         })
     }
 
-    /// Its [poses](Self::poses) in the scene's coordinates, whose `origin` the world's count from.
-    pub fn in_scene(&self, origin: DVec3) -> [DAffine3; 2] {
-        self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))
+    /// Where it is, in the scene's coordinates, whose `origin` the world's count from.
+    pub fn in_scene(&self, origin: DVec3) -> DAffine3 {
+        self.poses[1].moved(origin).world_from_entity()
+    }
+
+    /// The columns that a lidar has fired.
+    fn columns(&self, lidar: &LidarSensor, step_seconds: f64) -> Columns {
+        lidar.columns_between(self.steps[0], self.steps[1], step_seconds)
+    }
+
+    /// Nanoseconds of the clock when the first of these was fired, rounded once; those of the capture where none was.
+    fn first_column_nanoseconds(&self, columns: &Columns, clock: &Clock) -> u64 {
+        match columns.count {
+            0 => nanoseconds(clock, self.steps[1]),
+            _ => ((self.steps[0] as f64 * clock.step_seconds + columns.lead_seconds()) * 1e9).round() as u64,
+        }
+    }
+
+    /// Of a lidar, when its first column was fired, in nanoseconds of the clock, and where it was then.
+    pub fn first_column(&self, world: &World) -> Option<(u64, DAffine3)> {
+        let SensorKind::Lidar(lidar) = &self.sensor.kind else { return None };
+        let clock = world.resource::<Clock>();
+        let columns = self.columns(lidar, clock.step_seconds);
+        let pose = Pose::of_column(&self.poses, lidar, &columns, 0).moved(world.resource::<Origin>().0);
+        Some((self.first_column_nanoseconds(&columns, clock), pose.world_from_entity()))
     }
 
     /// How a camera is drawn.

@@ -4,6 +4,7 @@ use super::body::{Body, Wish, forward_speed, pose};
 use super::ground::Colliders;
 use super::physical::{Physical, Tuning, wheels};
 use crate::ecs::sub_steps::SubStep;
+use crate::space::interpolation::Interpolated;
 use crate::space::transform::Transform;
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use crate::vehicles::driving::standing;
@@ -125,6 +126,7 @@ pub fn place_bodies(
     types: Res<VehicleTypes>,
     (routes, grounds): (Res<Routes>, Res<Grounds>),
     vehicles: Query<Placed, Without<Stalled>>,
+    mut drawn: Query<&mut Interpolated>,
     mut commands: Commands,
 ) {
     let physics = &mut *physics;
@@ -146,6 +148,7 @@ pub fn place_bodies(
                 chassis.set_angvel(spin, true);
                 body.written = written;
                 physics.inserted = true;
+                drawn.get_mut(entity).into_iter().for_each(|mut drawn| drawn.jump());
             }
         } else if wheels(types.get(vehicle.kind)).is_empty() {
             let kind = types.get(vehicle.kind);

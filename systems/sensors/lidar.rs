@@ -135,7 +135,12 @@ pub struct Columns {
 impl Columns {
     /// When the i-th of them fires: 0 at the interval's begin, 1 at its end.
     pub fn fraction(&self, i: u64) -> f64 {
-        if self.length > 0.0 { (self.lead + i as f64) / self.length } else { 1.0 }
+        if self.length > 0.0 { ((self.lead + i as f64) / self.length).min(1.0) } else { 1.0 }
+    }
+
+    /// Seconds from the interval's begin to the first column.
+    pub fn lead_seconds(&self) -> f64 {
+        self.lead * self.seconds
     }
 }
 

@@ -34,18 +34,27 @@ impl Interpolation {
     }
 }
 
-/// Is drawn between steps. Derived: no part of the state.
+/// Is drawn between steps, and knows how often it jumped. Derived: no part of the state.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
 #[component(summary_tick)]
 pub struct Interpolated {
     /// The transform of the step before; `None`: not known, or far from here.
     before: Option<Transform>,
+    /// How often it jumped since the world began.
+    jumps: u32,
 }
 
 impl Interpolated {
-    /// Tells that the entity did not move but was put elsewhere, in this step: it is not drawn in between.
+    /// Tells that the entity did not move but was put elsewhere, in this step: it is not drawn in between, and sensors
+    /// measure no motion over it.
     pub fn jump(&mut self) {
         self.before = None;
+        self.jumps = self.jumps.wrapping_add(1);
+    }
+
+    /// How often it jumped since the world began: between two times at which this is the same, it moved.
+    pub fn jumps(&self) -> u32 {
+        self.jumps
     }
 
     /// Whether it moved in the last step.
@@ -77,7 +86,8 @@ pub fn remember(interpolation: Res<Interpolation>, mut all: Query<(&mut Interpol
         let rows = rows_per_task(noted.len(), LIGHT_ROWS);
         in_parallel(noted.parts(0, rows), |mut part| {
             for row in part.rows() {
-                part.set_if_neq(row, Interpolated { before: Some(transforms[row]) });
+                let jumps = part.get(row).jumps;
+                part.set_if_neq(row, Interpolated { before: Some(transforms[row]), jumps });
             }
         });
     }

@@ -91,11 +91,13 @@ impl Motion {
         is_finite && self.acceleration.is_finite() && self.steering.is_finite()
     }
 
-    /// The place again where that of the entity was written by something else.
-    pub(crate) fn follow(&mut self, translation: Vec3) {
-        if self.place.as_vec3() != translation {
+    /// The place again where that of the entity was written by something else. Returns whether it was.
+    pub(crate) fn follow(&mut self, translation: Vec3) -> bool {
+        let is_elsewhere = self.place.as_vec3() != translation;
+        if is_elsewhere {
             self.place = translation.as_dvec3();
         }
+        is_elsewhere
     }
 }
 

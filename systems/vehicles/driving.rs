@@ -199,7 +199,8 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
                     transform: *transforms.get(index),
                     jumped: false,
                 };
-                body.motion.follow(body.transform.translation);
+                // What something else moves is where that has it; else it was put there.
+                body.jumped = body.motion.follow(body.transform.translation) && wanted.is_none();
                 let mut route = on.as_ref().map(|on| *on.get(index));
                 let mut wants = wanted.as_ref().map(|wanted| *wanted.get(index));
                 around.step(&mut body, route.as_mut(), wants.as_mut());

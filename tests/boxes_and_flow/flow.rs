@@ -8,7 +8,7 @@ use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::sensors::{Flow, flags};
 use std::collections::BTreeMap;
 use systems::assets::{Library, shapes};
-use systems::space::{GlobalTransform, Transform};
+use systems::space::{GlobalTransform, Interpolated, Transform};
 
 /// A plane before the camera that fills the picture, its front toward it, at a distance.
 fn backdrop(studio: &mut Studio, distance: f32) -> Entity {
@@ -120,6 +120,46 @@ fn what_moves_under_a_camera_at_rest_moves_alone() {
             .zip(&found.part)
             .all(|((_, flow, flags), part)| *part != number || (flow, flags) == (DVec2::ZERO, 0))
     );
+}
+
+#[test]
+fn what_jumps_has_neither_flow_nor_velocity_and_a_camera_that_does_sees_none() {
+    let Some(mut studio) = Studio::new() else { return };
+    backdrop(&mut studio, 12.0);
+    let thing = studio.thing(Vec3::new(1.0, 1.0, 1.0), Vec3::new(-1.0, 0.0, -6.0));
+    let camera = studio.camera;
+    for entity in [thing, camera] {
+        studio.simulation.world.entity_mut(entity).insert(Interpolated::default());
+    }
+    let jump = |studio: &mut Studio, entity| {
+        studio.simulation.world.get_mut::<Interpolated>(entity).expect("moves").jump();
+    };
+    let first = studio.capture();
+    let number = studio.number(thing);
+    // By 2.4 m/s, which it might have moved at.
+    studio.place(thing).translation.x += 0.04;
+    jump(&mut studio, thing);
+    let found = studio.next();
+    let mut own = 0;
+    for ((at, flow, flags), part) in pixels(&found.flow).zip(&first.part) {
+        own += u32::from(*part == number);
+        let is_known = flags & flags::VALID != 0;
+        assert!(is_known != (*part == number) && (is_known || flow == DVec2::ZERO), "{at}: {flow}, {flags}");
+    }
+    assert!(own > 100, "{own}");
+    assert!(studio.box_of(&found, thing).is_some_and(|thing| thing.motion.is_none()));
+    studio.place(thing).translation.x += 0.04;
+    let found = studio.next();
+    let motion = studio.box_of(&found, thing).expect("seen").motion.expect("it moved");
+    // Places of 32 bits, some metres: 5e-7 m, by 1/60 s.
+    assert!((motion.velocity[0] - 2.4).abs() < 6e-5, "{motion:?}");
+    jump(&mut studio, camera);
+    let found = studio.next();
+    for flow in [&found.flow, &found.flow_back] {
+        assert!(pixels(flow).all(|(_, flow, flags)| (flow, flags) == (DVec2::ZERO, 0)));
+        assert_eq!(flow.flags.len(), (SIZE.0 * SIZE.1) as usize);
+    }
+    assert!(studio.box_of(&found, thing).is_some_and(|thing| thing.motion.is_some()));
 }
 
 /// Everything moves: against places taken from the world, depth and K.

@@ -79,6 +79,39 @@ fn a_scene_kept_for_many_captures_follows_the_world() {
 }
 
 #[test]
+fn noise_takes_no_return_beyond_the_range_and_none_to_0() {
+    let mut scene = Scene::new();
+    let white = scene.white();
+    scene.add(shapes::plane(Vec2::splat(60.0), UVec2::splat(6)), white, Transform::IDENTITY);
+    let columns = 20_000;
+    // Straight down from a height: least and most range, deviation, and the share that is measured between them, of a
+    // normal distribution's.
+    let cases = [
+        (0.6, (0.5, 100.0), 0.5, 0.579_26),
+        (0.1, (0.0, 100.0), 0.5, 0.579_26),
+        (99.95, (0.5, 100.0), 0.1, 0.691_46),
+        (2.0, (1.0, 3.0), 1.0, 0.682_69),
+    ];
+    for (height, range, range_sigma, share) in cases {
+        let noise = LidarNoise { range_sigma, ..LidarNoise::default() };
+        let lidar = LidarSensor { range, noise, ..lidar(&[-90.0], columns) };
+        let scan = scene.scan(&lidar, at(0.0, height, 0.0));
+        let hits = (0..scan.len()).filter(|&i| scan.hit[i] == 1);
+        for i in hits.clone() {
+            assert!(scan.range[i] > 0.0 && (range.0..=range.1).contains(&scan.range[i]), "{}", scan.range[i]);
+        }
+        // Four deviations of a binomial; the table of normal numbers is coarser than that by far less.
+        let (found, count) = (hits.count() as f64, f64::from(columns));
+        assert!((found - share * count).abs() < 4.0 * (count * share * (1.0 - share)).sqrt(), "{height}: {found}");
+        let is_nothing = |i: usize| scan.range[i] == 0.0 && scan.xyz[i] == [0.0; 3] && scan.entity[i] == u32::MAX;
+        assert!((0..scan.len()).filter(|&i| scan.hit[i] == 0).all(is_nothing));
+    }
+    // What the sensor touches is at no distance.
+    let scan = scene.scan(&LidarSensor { range: (0.0, 9.0), ..lidar(&[-90.0], 4) }, at(0.0, 0.0, 0.0));
+    assert_eq!(scan.hit, [0; 4]);
+}
+
+#[test]
 fn noise_has_the_deviation_and_the_losses_that_it_is_given() {
     let mut scene = Scene::new();
     let white = scene.white();

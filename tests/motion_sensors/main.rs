@@ -4,6 +4,7 @@ mod collisions;
 #[path = "../common/mod.rs"]
 mod common;
 mod files;
+mod jumps;
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
