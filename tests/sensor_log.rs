@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A floor at height 0 (road) and a wall whose face is at z = 8 (wall), a box on the floor (car); a rig that turns by
-/// ten degrees a step, with a tilted camera, and a lidar that is due every other step; a camera with a parallel
+/// ten degrees a step, with a tilted camera, a lidar that is due every other step, and one that sweeps; a camera with a parallel
 /// projection that looks down; and two whose lenses bend.
 const SCENE: &str = r#"(
     materials: { "grey": (base_factor: (0.5, 0.5, 0.5)) },
@@ -29,6 +29,10 @@ const SCENE: &str = r#"(
                             outputs: [color, depth, class, instance, boxes])),
             (name: "top", transform: (translation: (0, 2, 0), rotation_degrees: (2, -20, 1)),
              sensor: lidar(beams: vlp16, hz: 60, columns: 360, every: 2, phase: 1)),
+            (name: "swept", transform: (translation: (0, 2, 0), rotation_degrees: (2, -20, 1)),
+             sensor: lidar(beams: list([(elevation_degrees: -21), (elevation_degrees: -13), (elevation_degrees: -9),
+                                        (elevation_degrees: -5), (elevation_degrees: -1), (elevation_degrees: 5)]),
+                           hz: 50, columns: 361, every: 2, phase: 1, sweep: true)),
         ]),
         (name: "2nd eye", transform: (translation: (3, 4, 0), rotation_degrees: (-90, 0, 0)),
          sensor: camera(size: (9, 7), lens: orthographic(half_height: 2), samples: 1,
@@ -78,7 +82,7 @@ fn others_read_the_log_of_a_run() {
     assert!(manifest.contains(&format!("\"sensors.mcap\": \"{hash}\"")), "{manifest}");
     let expected = json!({
         // Sensors' names as they are in topics.
-        "frames": { "ego/front": "ego/front", "ego/top": "ego/top", "2nd eye": "_2nd_eye", "bent": "bent", "round": "round" },
+        "frames": { "ego/front": "ego/front", "ego/top": "ego/top", "ego/swept": "ego/swept", "2nd eye": "_2nd_eye", "bent": "bent", "round": "round" },
         "messages": {
             "/clock": [0, 1, 2, 3, 4],
             "/tf": [0, 1, 2, 3, 4],
@@ -90,6 +94,7 @@ fn others_read_the_log_of_a_run() {
             "/ego/front/boxes": [0, 1, 2, 3, 4],
             "/ego/front/objects": [0, 1, 2, 3, 4],
             "/ego/top/points": [1, 3],
+            "/ego/swept/points": [1, 3],
             "/_2nd_eye/depth": [2],
             "/bent/depth": [2],
             "/bent/camera_info": [2],
@@ -108,7 +113,7 @@ fn others_read_the_log_of_a_run() {
     let modules = ["numpy", "mcap", "mcap_ros2"];
     let Some(output) = common::python("sensor_log.py", &modules, &[home.path().as_os_str()]) else { return };
     // So that nothing passes for want of being read.
-    assert_eq!(common::text(&output.stdout).trim(), "52 messages");
+    assert_eq!(common::text(&output.stdout).trim(), "54 messages");
 }
 
 #[test]

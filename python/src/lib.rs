@@ -8,7 +8,7 @@
 //! capture   what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
 //! mounting  sensors by their keywords
 //! arguments what calls are given, and errors that name it; values: numbers, places
-//! errors    exceptions; device: the graphics device of the process
+//! errors    exceptions; device: the graphics device of the process; watch: captures that were left out
 //! ```
 //!
 //! A world has a number for each entity; an object of Python is the world and that number. What takes time lets go of
@@ -33,6 +33,7 @@ mod sim;
 mod spawning;
 mod values;
 mod vehicle;
+mod watch;
 mod world;
 
 use pyo3::prelude::*;
@@ -49,7 +50,7 @@ mod _relief {
     #[pymodule_export]
     use crate::light::{Light, LightEntity};
     #[pymodule_export]
-    use crate::many::{adapter, capture, capture_due, replay, set_threads, step};
+    use crate::many::{adapter, capture, capture_due, look, replay, set_threads, step};
     #[pymodule_export]
     use crate::points::LidarCapture;
     #[pymodule_export]

@@ -5,7 +5,7 @@ use crate::camera::CameraBatch;
 use crate::capture::Capture;
 use crate::device;
 use crate::errors::{Failure, Outcome};
-use crate::sim::{MOST_STEPS, Sim, is_among};
+use crate::sim::{MOST_STEPS, Sim, is_among, warn};
 use crate::world::World;
 use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
@@ -82,21 +82,43 @@ pub fn step(py: Python<'_>, sims: &Bound<'_, PyAny>, n: Given<'_, '_>) -> PyResu
 #[pyfunction]
 pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capture>> {
     let sims = worlds("sims", sims)?;
-    let captured = with_all(py, &sims, |worlds| {
+    let (captured, warnings) = with_all(py, &sims, |worlds| {
         let classes: Vec<Classes> =
             worlds.iter().map(|world| world.simulation.world.resource::<Classes>().clone()).collect();
-        let wanted = worlds.into_iter().map(|world| (world, Wanted::Due(&|_| true)));
-        Ok(World::capture_all(wanted.collect())?.into_iter().zip(classes).collect::<Vec<_>>())
+        let mut worlds = worlds;
+        let wanted = worlds.iter_mut().map(|world| (&mut **world, Wanted::Due(&|_| true)));
+        let captures = World::capture_all(wanted.collect())?;
+        let noted = worlds.into_iter().zip(&captures);
+        let warnings: Vec<String> =
+            noted.flat_map(|(world, capture)| world.watch.note(&world.simulation.world, capture)).collect();
+        Ok((captures.into_iter().zip(classes).collect::<Vec<_>>(), warnings))
     })?;
+    warn(py, &warnings)?;
     captured.into_iter().map(|(captured, classes)| Capture::new(py, captured, &classes)).collect()
 }
 
-/// The pictures of the same camera of several worlds, whether it is due or not: arrays with the worlds as their first
-/// axis. The bits of a picture do not depend on the other worlds. Raises KeyError where a world has no such camera,
-/// ValueError where they differ in size or outputs, GpuError.
+/// The pictures of the same camera of several worlds, which is due in each: arrays with the worlds as their first axis.
+/// The bits of a picture do not depend on the other worlds. Raises KeyError where a world has no such camera, ValueError
+/// where one is not due or they differ in size or outputs, GpuError.
 #[pyfunction]
 #[pyo3(signature = (sims, sensor))]
 pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
+    pictures(py, sims, sensor, true)
+}
+
+/// What `capture` gives, whether the cameras are due or not. Raises what `capture` raises of such cameras.
+#[pyfunction]
+#[pyo3(signature = (sims, sensor))]
+pub fn look(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
+    pictures(py, sims, sensor, false)
+}
+
+fn pictures(
+    py: Python<'_>,
+    sims: &Bound<'_, PyAny>,
+    sensor: &Bound<'_, PyAny>,
+    is_to_be_due: bool,
+) -> PyResult<CameraBatch> {
     let (sims, sensor) = (worlds("sims", sims)?, required::<String>("sensor", sensor)?);
     if sims.is_empty() {
         return Err(Failure::value("sims: expected at least one").into());
@@ -106,7 +128,7 @@ pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny
         let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
         for (i, world) in worlds.into_iter().enumerate() {
             steps.push(world.step_number());
-            looked_at.push([camera(world, &sensor).map_err(|failure| failure.of_world(i))?]);
+            looked_at.push([camera(world, &sensor, is_to_be_due).map_err(|failure| failure.of_world(i))?]);
             cameras.push(world);
         }
         let wanted = looked_at.iter().map(|camera| Wanted::Look(camera));
@@ -130,7 +152,8 @@ pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny
 }
 
 /// The only camera of that name.
-fn camera(world: &mut World, name: &str) -> Outcome<Entity> {
+fn camera(world: &mut World, name: &str, is_to_be_due: bool) -> Outcome<Entity> {
+    let step = world.step_number();
     let names = [name.to_owned()];
     let all = sensor_names(&mut world.simulation.world);
     let found: Vec<_> = all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
@@ -138,8 +161,12 @@ fn camera(world: &mut World, name: &str) -> Outcome<Entity> {
         return Err(Failure::Name(format!("expected one sensor {name:?}, found {}", found.len())));
     };
     let sensor = world.simulation.world.get::<Sensor>(only);
-    match sensor.map(|sensor| &sensor.kind) {
-        Some(SensorKind::Camera(_)) => Ok(only),
+    match sensor {
+        Some(sensor) if is_to_be_due && !sensor.is_due(step) => {
+            let message = format!("{name:?} is not due after step {step}; relief.look takes it all the same");
+            Err(Failure::value(message))
+        }
+        Some(Sensor { kind: SensorKind::Camera(_), .. }) => Ok(only),
         _ => Err(Failure::value(format!("expected {name:?} to be a camera"))),
     }
 }

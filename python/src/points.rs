@@ -2,11 +2,13 @@
 
 use crate::arguments::required;
 use crate::capture::{Arrays, Common};
+use crate::values::matrix;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use relief::glam::DAffine3;
 use relief::sensors::LidarCapture as Captured;
 
 /// What a lidar captured since it was due before: arrays with an element for each beam, column after column, in each by
@@ -16,11 +18,16 @@ pub struct LidarCapture {
     common: Common,
     arrays: Arrays,
     beams: usize,
+    nanoseconds: u64,
+    sweep: bool,
+    /// When the first column was fired.
+    world_from_sensor_before: DAffine3,
 }
 
 impl LidarCapture {
     pub fn new(py: Python<'_>, captured: Captured, common: Common) -> PyResult<Self> {
-        let Captured { scan, instance, class, .. } = captured;
+        let world_from_sensor_before = captured.scene_from_column(0);
+        let Captured { scan, instance, class, nanoseconds, sweep, .. } = captured;
         let beams = scan.len();
         let xyz = Array2::from_shape_vec((beams, 3), scan.xyz.into_flattened());
         let xyz = xyz.map_err(|error| PyRuntimeError::new_err(format!("points have no such shape: {error}")))?;
@@ -33,7 +40,7 @@ impl LidarCapture {
         arrays.add("instance", instance.into_pyarray(py).into_any());
         arrays.add("class", class.into_pyarray(py).into_any());
         arrays.add("hit", scan.hit.into_pyarray(py).into_any());
-        Ok(Self { common, arrays, beams })
+        Ok(Self { common, arrays, beams, nanoseconds, sweep, world_from_sensor_before })
     }
 
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
@@ -61,10 +68,30 @@ impl LidarCapture {
         self.common.seconds()
     }
 
+    /// Nanoseconds since the run began when the first column was fired, which `time` counts from.
+    #[getter]
+    fn nanoseconds(&self) -> u64 {
+        self.nanoseconds
+    }
+
+    /// Whether each column was fired at its time, from where the sensor was then. If not, all are fired from where it is
+    /// at the capture.
+    #[getter]
+    fn sweep(&self) -> bool {
+        self.sweep
+    }
+
     /// From the axes of the points to the scene's coordinates, at the end of the interval: float64 (4, 4).
     #[getter]
     fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         self.common.matrix(py)
+    }
+
+    /// The same when the first column was fired: float64 (4, 4). Equal to the other unless the sensor sweeps, and in its
+    /// first capture. Between the two it goes straight ahead and turns evenly.
+    #[getter]
+    fn world_from_sensor_before<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        matrix(py, &self.world_from_sensor_before)
     }
 
     /// Metres in the sensor's axes: float32 (N, 3).

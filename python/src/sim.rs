@@ -4,6 +4,7 @@ use crate::arguments::{Bytes, Given, optional, required};
 use crate::capture::Capture;
 use crate::errors::{Failure, Outcome};
 use crate::world::{Scene, Shared, World};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use relief::bevy_ecs::prelude::Entity as BevyEntity;
@@ -13,6 +14,7 @@ use relief::systems::ecs::clock::{Clock, Seed};
 use relief::systems::run::standard_inputs::NextMeshVariant;
 use relief::systems::run::state_hash;
 use relief::systems::sensors::Classes;
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -46,6 +48,12 @@ impl Sim {
 /// The open field.
 fn field(py: Python<'_>) -> PyResult<PathBuf> {
     py.import("relief")?.getattr("assets")?.call0()?.call_method1("joinpath", ("field.ron",))?.extract()
+}
+
+/// Warns of each as a UserWarning.
+pub fn warn(py: Python<'_>, warnings: &[String]) -> PyResult<()> {
+    let category = py.get_type::<PyUserWarning>();
+    warnings.iter().try_for_each(|warning| PyErr::warn(py, &category, &CString::new(&**warning)?, 1))
 }
 
 /// Of several arguments, each a name.
@@ -87,15 +95,18 @@ impl Sim {
     }
 
     /// Captures every sensor that is due after the step, in one submission to the graphics device. With `names`, of
-    /// these those alone, by their full names or the last parts of them. Raises GpuError.
+    /// these those alone, by their full names or the last parts of them. IMUs, lidars and flow measure since their
+    /// sensor was due before: where that was not captured, a UserWarning says so, once for each sensor. Raises GpuError.
     #[pyo3(signature = (*names))]
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
         let names = each_name(names)?;
-        let (captured, classes) = self.with(py, move |world| {
+        let (captured, warnings, classes) = self.with(py, move |world| {
             world.check_sensors(&names)?;
             let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
-            Ok((captured, world.simulation.world.resource::<Classes>().clone()))
+            let warnings = world.watch.note(&world.simulation.world, &captured);
+            Ok((captured, warnings, world.simulation.world.resource::<Classes>().clone()))
         })?;
+        warn(py, &warnings)?;
         Capture::new(py, captured, &classes)
     }
 

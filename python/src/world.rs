@@ -2,6 +2,7 @@
 
 use crate::device;
 use crate::errors::{Failure, Outcome};
+use crate::watch::Watch;
 use pyo3::prelude::*;
 use relief::bevy_ecs::name::Name;
 use relief::bevy_ecs::prelude::{ChildOf, Entity};
@@ -46,6 +47,7 @@ pub struct World {
     pub loaded: LoadedScene,
     pub stepper: Stepper,
     pub sensors: WorldSensors,
+    pub watch: Watch,
     /// Of what was spawned, which spawning that was, counted from 1: ids are given again after a reset.
     births: HashMap<StateId, u64>,
     spawned: u64,
@@ -83,6 +85,7 @@ impl World {
             loaded,
             stepper: Stepper::default(),
             sensors: WorldSensors::default(),
+            watch: Watch::default(),
             births: HashMap::new(),
             spawned: 0,
             recordings: 0,
@@ -123,6 +126,8 @@ impl World {
         self.apply(spawn)?;
         self.spawned += 1;
         self.births.insert(id, self.spawned);
+        let step = self.step_number();
+        self.living(id).into_iter().for_each(|entity| self.watch.mounted(entity, step));
         Ok(id)
     }
 
@@ -342,6 +347,7 @@ impl World {
     pub fn rest(&mut self) {
         device::forget(self.simulation.draw_list().world);
         self.sensors = WorldSensors::default();
+        self.watch.forget();
     }
 
     /// A component of an entity.

@@ -64,20 +64,46 @@ def nanoseconds(step):
 
 
 def transforms(message, step):
-    """Each sensor's frame in the world, which is to be where sensors.json has it."""
-    due = [(one, at) for one in DESCRIBED["sensors"] for at in one["captures"] if at["step"] == step]
-    equal([one.child_frame_id for one in message.transforms], [FRAMES[one["name"]] for one, _ in due], "/tf")
+    """Each sensor's frame in the world, which is to be where sensors.json has it; before these the frames of lidars that
+    sweep, of when their first columns were fired."""
+    due = [(one, at, "nanoseconds", "world_from_entity") for one in DESCRIBED["sensors"] for at in one["captures"]
+           if at["step"] == step]
+    begun = [(one, at, "first_column_nanoseconds", "world_from_entity_before") for one, at, *_ in due
+             if "world_from_entity_before" in at]
+    equal([one.child_frame_id for one in message.transforms], [FRAMES[one["name"]] for one, *_ in begun + due], "/tf")
     places = {}
-    for said, (sensor, at) in zip(message.transforms, due):
+    for said, (sensor, at, when, where) in zip(message.transforms, begun + due):
         equal(said.header.frame_id, "world", "/tf")
+        equal(said.header.stamp.sec * 10**9 + said.header.stamp.nanosec, at[when], "/tf")
         turn, move = said.transform.rotation, said.transform.translation
-        world_from_sensor = np.array(at["world_from_entity"]) @ np.array(sensor["entity_from_sensor"])
+        world_from_sensor = np.array(at[where]) @ np.array(sensor["entity_from_sensor"])
         place = rotation(turn), np.array([move.x, move.y, move.z])
         # The axes of entities are of single precision, of 2^-24 each, and so are not quite a rotation's.
         assert np.abs(place[0] - ROS_FROM_SCENE @ world_from_sensor[:3, :3]).max() < 1e-6, said.child_frame_id
         assert np.array_equal(place[1], ROS_FROM_SCENE @ world_from_sensor[:3, 3]), said.child_frame_id
-        places[said.child_frame_id] = place
-    return places
+        places.setdefault(said.child_frame_id, []).append((at[when], *place))
+    return {frame: Frame(known) for frame, known in places.items()}
+
+
+class Frame:
+    """Where a frame is between the first and the last time at which that is known."""
+
+    def __init__(self, known):
+        self.known = known
+        self.last = known[-1][1:]
+
+    def at(self, stamp):
+        """As tf2 has it: straight ahead, and turned evenly."""
+        (begin, turn, move), (end, last_turn, last_move) = self.known[0], self.known[-1]
+        assert begin - 1 <= stamp <= end, (begin, stamp, end)
+        part = (stamp - begin) / (end - begin) if end > begin else 1.0
+        between = turn.T @ last_turn
+        angle = np.arccos(np.clip((np.trace(between) - 1) / 2, -1, 1))
+        if angle < 1e-9:
+            return last_turn, move + part * (last_move - move)
+        skew = (between - between.T) / (2 * np.sin(angle))
+        step = np.eye(3) + np.sin(part * angle) * skew + (1 - np.cos(part * angle)) * skew @ skew
+        return turn @ step, move + part * (last_move - move)
 
 
 def on_planes(points, classes, place):
@@ -140,8 +166,19 @@ def points(message, sensor, step):
     for i, axis in enumerate("xyz"):
         same(found[axis], np.ascontiguousarray(scan["xyz"][:, i]), axis)
     for name, _ in POINTS[3:]:
-        same(found[name], scan[name], name)
-    return np.stack([found[axis] for axis in "xyz"], axis=-1).astype(float), found["class"]
+        # What does not sweep measures all at the capture.
+        since = np.float32(sensor["sweep"] if name == "time" else 1)
+        same(found[name], scan[name] * since if name == "time" else scan[name], name)
+    return np.stack([found[axis] for axis in "xyz"], axis=-1).astype(float), found["class"], found["time"]
+
+
+def in_world(points, times, stamp, frame):
+    """Each where the frame was when it was measured, its time after the stamp."""
+    whole = np.empty_like(points)
+    for time in np.unique(times):
+        turn, move = frame.at(stamp + float(time) * 1e9)
+        whole[times == time] = points[times == time] @ turn.T + move
+    return whole
 
 
 def boxes(message, topic, kind, step):
@@ -181,8 +218,8 @@ for schema, channel, message, decoded in messages:
     stamp = decoded.clock if topic == "/clock" else None
     if topic == "/tf":
         places = transforms(decoded, step)
-        turns += [turn for frame, (turn, _) in places.items() if frame == "ego/front"]
-        stamp = decoded.transforms[0].header.stamp
+        turns += [frame.last[0] for name, frame in places.items() if name == "ego/front"]
+        stamp = decoded.transforms[-1].header.stamp
     elif topic != "/clock":
         frame, kind = topic[1:].rsplit("/", 1)
         if kind in ("boxes", "objects"):
@@ -191,12 +228,18 @@ for schema, channel, message, decoded in messages:
         equal(decoded.header.frame_id, frame, topic)
         stamp, sensor = decoded.header.stamp, sensors[frame]
         if kind == "points":
-            xyz, classes = points(decoded, sensor, step)
-            equal([count > 300 for count in on_planes(xyz, classes, places[frame])], [True] * 2, topic)
+            xyz, classes, times = points(decoded, sensor, step)
+            capture = next(at for at in sensor["captures"] if at["step"] == step)
+            began = capture["first_column_nanoseconds" if sensor["sweep"] else "nanoseconds"]
+            equal(stamp.sec * 10**9 + stamp.nanosec, began, topic)
+            placed = in_world(xyz, times, began, places[frame])
+            of_planes = on_planes(placed, classes, (np.eye(3), np.zeros(3)))
+            equal([count > 100 for count in of_planes], [True] * 2, topic)
+            continue
         elif kind == "camera_info":
             camera_info(decoded, sensor)
             if not any(decoded.d):
-                pixels_are_places(decoded, seen, places[frame])
+                pixels_are_places(decoded, seen, places[frame].last)
         else:
             seen[kind] = image(decoded, sensor, kind, step)
     equal(stamp.sec * 10**9 + stamp.nanosec, message.log_time, topic)

@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
+import numpy as np
 import rclpy
 from geometry_msgs.msg import TransformStamped, Twist
+from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
@@ -65,6 +67,7 @@ class Bridge:
                 raise ValueError(f'controllers: no vehicle "{name}" is under manual control, but {sorted(vehicles)}')
         self._frames: dict[str, str] = {messages.WORLD: ""}
         self._publishers: dict[str, Any] = {}
+        self._placed: dict[str, tuple[int, NDArray[np.float64]]] = {}
         self._wanted: dict[str, tuple[float, float]] = {}
         self._driven = {
             name: (vehicle, controllers.get(name) or VelocityController.of_type(sim.vehicle_type(vehicle.type_)))
@@ -109,8 +112,12 @@ class Bridge:
         places = []
         for name, reading in capture.items():
             frame = self._frame(name)
+            if isinstance(reading, LidarCapture) and reading.sweep and not self._has_told_begin(frame, reading):
+                places.append(messages.transform(reading.nanoseconds, frame, reading.world_from_sensor_before))
+                self._publisher(TransformStamped, f"/{frame}/transform", _RELIABLE)(places[-1])
             places.append(messages.transform(stamp, frame, reading.world_from_sensor))
             self._publisher(TransformStamped, f"/{frame}/transform", _RELIABLE)(places[-1])
+            self._placed[frame] = (stamp, reading.world_from_sensor)
             self._publish_reading(frame, stamp, reading)
         if TFMessage is not None and places:
             self._publisher(TFMessage, "/tf", _RELIABLE)(TFMessage(transforms=places))
@@ -140,6 +147,12 @@ class Bridge:
         if not self._context.ok():
             raise RuntimeError("the bridge is closed")
 
+    def _has_told_begin(self, frame: str, scan: LidarCapture) -> bool:
+        """Whether the capture before has told where a scan began: not so at another time, or over a jump."""
+        stamp, place = self._placed.get(frame, (-1, scan.world_from_sensor))
+        # The place is the same but for a rounding of its turn.
+        return stamp == scan.nanoseconds and bool(np.allclose(place, scan.world_from_sensor_before, rtol=0, atol=1e-6))
+
     def _publish_reading(self, frame: str, stamp: int, reading: Any) -> None:
         of = messages.header(stamp, frame)
         if isinstance(reading, CameraCapture):
@@ -150,6 +163,8 @@ class Bridge:
             if reading.K is not None:
                 self._sensor(CameraInfo, f"/{frame}/camera_info", messages.camera_info(of, reading))
         elif isinstance(reading, LidarCapture):
+            # Of the time of its first column; what does not sweep measures all at the capture.
+            of = messages.header(reading.nanoseconds if reading.sweep else stamp, frame)
             self._sensor(PointCloud2, f"/{frame}/points", messages.points(of, reading))
         elif isinstance(reading, ImuReading) and reading.valid:
             # Of the time that it is of, not of the capture.

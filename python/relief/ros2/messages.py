@@ -103,8 +103,11 @@ def camera_info(of: Header, camera: CameraCapture) -> CameraInfo:
 
 
 def points(of: Header, lidar: LidarCapture) -> PointCloud2:
-    """What came back to a lidar, in one row: x, y, z, intensity, ring, time, instance, class, without gaps."""
+    """What came back to a lidar, in one row: x, y, z, intensity, ring, time, instance, class, without gaps. Times are
+    seconds after the stamp: 0 of what does not sweep, which measures all at once."""
     arrays = lidar.arrays()
+    if not lidar.sweep:
+        arrays["time"] = np.zeros_like(arrays["time"])
     hit = arrays["hit"] == 1
     columns = {axis: arrays["xyz"][:, index] for index, axis in enumerate("xyz")}
     columns |= {name: arrays[name] for name in ("intensity", "ring", "time", "instance", "class")}

@@ -27,12 +27,12 @@ struct Names<'a> {
 impl<'a> Names<'a> {
     fn entities(&mut self, entities: &'a [Entity], at: &Trail, on: (Option<&str>, bool)) {
         for (i, entity) in entities.iter().enumerate() {
-            self.entity(entity, || at.enter(Step::Index(i), ""), on);
+            self.entity(entity, &|| at.enter(Step::Index(i), ""), on);
         }
     }
 
     /// `thing`: the name of the one that the entity is on.
-    fn entity(&mut self, entity: &'a Entity, at: impl Fn() -> Trail, (thing, is_at_top): (Option<&str>, bool)) {
+    fn entity(&mut self, entity: &'a Entity, at: &dyn Fn() -> Trail, (thing, is_at_top): (Option<&str>, bool)) {
         let mounted = self.scene.rigs.of(entity);
         if entity.sensor.is_none() && entity.children.is_empty() && mounted.is_empty() {
             return;
@@ -46,7 +46,7 @@ impl<'a> Names<'a> {
         let thing = if self.is_thing(entity, is_at_top) { Some(own.as_str()) } else { thing };
         self.entities(&entity.children, &at.field("children"), (thing, false));
         for one in mounted {
-            self.entity(one, || at.field("rig"), (thing, false));
+            self.entity(one, &|| at.field("rig"), (thing, false));
         }
     }
 
