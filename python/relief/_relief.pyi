@@ -61,6 +61,7 @@ _VehicleType = TypedDict(
     "_VehicleType",
     {
         "name": str,
+        # Width, height, length: along X, Y, Z. Of boxes it is length, width, height.
         "size": Tuple[float, float, float],
         "rear_overhang": float,
         "wheelbase": float,
@@ -426,6 +427,7 @@ class CameraCapture:
     def cls(self) -> NDArray[np.uint8]: ...
     @property
     def panoptic(self) -> NDArray[np.uint32]: ...
+    # `size` is length, width, height: along Z, X, Y. That of vehicle types is width, height, length.
     @property
     def boxes(self) -> NDArray[np.void]: ...
     @property

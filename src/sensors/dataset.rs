@@ -14,6 +14,7 @@ use super::description;
 use super::files::{self, FileFormat, OutputFile};
 use super::manifest::Manifest;
 use super::motion;
+use super::numbers;
 use super::rays::RayWarnings;
 use super::run_writer::{LOG, Poses, RunInfo};
 use super::suite::SensorSuite;
@@ -120,6 +121,9 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     let mut suite = suite?;
     stage.check_outputs(|path| job.writes(path))?;
     let chosen = choose(job, &mut stage.simulation.world)?;
+    for warning in numbers::warnings(&mut stage.simulation.world, &chosen, &job.formats) {
+        tracing::warn!("{warning}");
+    }
     let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
     let frames = run.frames.clone();
     output::make_folder(&job.folder)?;

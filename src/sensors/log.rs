@@ -123,7 +123,7 @@ impl SensorLog {
         LidarCapture { columns, nanoseconds, sweep, is_before_known, .. }: &LidarCapture,
     ) -> bool {
         let is_of_capture_before = *is_before_known && columns.lead_seconds() == 0.0 && *nanoseconds >= self.first;
-        *sweep && !is_of_capture_before
+        *sweep && columns.count > 0 && !is_of_capture_before
     }
 
     fn lidar(&mut self, header: Header, lidar: &LidarCapture) -> io::Result<()> {

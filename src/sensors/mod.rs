@@ -73,6 +73,7 @@ mod merge;
 mod motion;
 #[cfg(not(feature = "vehicles"))]
 mod no_vehicles;
+mod numbers;
 mod outer_vertices;
 mod outline;
 pub mod pictures;

@@ -148,7 +148,9 @@ class Bridge:
             raise RuntimeError("the bridge is closed")
 
     def _has_told_begin(self, frame: str, scan: LidarCapture) -> bool:
-        """Whether the capture before has told where a scan began: not so at another time, or over a jump."""
+        """Whether a capture tells where a scan began: not so at another time, or over a jump."""
+        if len(scan) == 0:
+            return True
         stamp, place = self._placed.get(frame, (-1, scan.world_from_sensor))
         # The place is the same but for a rounding of its turn.
         return stamp == scan.nanoseconds and bool(np.allclose(place, scan.world_from_sensor_before, rtol=0, atol=1e-6))
