@@ -18,6 +18,8 @@ use std::sync::Arc;
 
 /// Steps of a call.
 pub const MOST_STEPS: u64 = 1 << 40;
+/// Steps between which the keyboard may interrupt.
+pub const STEPS_AT_ONCE: u64 = 1000;
 
 /// A world of a scene, and its run.
 ///
@@ -76,7 +78,7 @@ impl Sim {
         let mut left = n;
         loop {
             // In between the keyboard may interrupt.
-            let now = left.min(1000);
+            let now = left.min(STEPS_AT_ONCE);
             let step = self.with(py, move |world| world.step(now))?;
             left -= now;
             if left == 0 {
