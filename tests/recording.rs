@@ -210,6 +210,11 @@ fn a_recording_cut_anywhere_replays_up_to_the_cut() {
     for end in [0, 5, 12, 20, 100] {
         assert!(last_of(&whole[..end]).is_err(), "nothing is in it: {end}");
     }
+    // What comes after the end was not written by a run.
+    for more in [&b"\0"[..], b"as many bytes as a head, or more", &whole[12..]] {
+        let error = last_of(&[&whole, more].concat()).expect_err("more than a recording").to_string();
+        assert!(error.contains(&format!("corrupt at byte {}: unexpected data after the end", whole.len())), "{error}");
+    }
 }
 
 #[test]
@@ -241,6 +246,9 @@ fn what_does_not_belong_together_is_refused_by_name() {
     fs::copy(place.path("scene.ron"), place.path("renamed.ron")).expect("a copy");
     let renamed = place.relief(&["replay", "run.rec", "--check", "--scene", "renamed.ron"]);
     assert!(text(&renamed.stdout).contains("come out as recorded"), "{}", text(&renamed.stderr));
+    fs::write(place.path("another.ron"), "()").expect("a scene");
+    let another = [&check[..4], &["another.ron"]].concat();
+    place.is_refused(&another, &["run.rec", "made with another scene", "scene.ron", "another.ron"]);
     place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
     place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a Relief recording"]);
     place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a Relief snapshot"]);
@@ -312,6 +320,9 @@ fn snapshots_that_are_damaged_or_cut_are_refused() {
     run.stepper.save_snapshot(&file, &mut run.stage.simulation).expect("a snapshot");
     let whole = fs::read(&file).expect("a file");
     assert!(try_snapshot(&place, &whole));
+    for more in [&b"\0"[..], b"rubbish", &whole] {
+        assert!(!try_snapshot(&place, &[&whole, more].concat()), "{} bytes too many", more.len());
+    }
     for at in (0..whole.len()).step_by(whole.len() / 23) {
         assert!(!try_snapshot(&place, &whole[..at]), "cut at {at}");
         let mut damaged = whole.clone();

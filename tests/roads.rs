@@ -276,6 +276,61 @@ fn vehicles_in_each_other_are_warned_of_whoever_put_them_there() {
 }
 
 #[test]
+fn vehicles_of_a_generator_are_in_none_of_its_others() {
+    let ring = |name: &str, radius: f64, x: f64, more: &str| {
+        let at = |i: f64| (x + radius * i.cos(), radius * i.sin());
+        let points = (0..40).map(|i| at(std::f64::consts::TAU * f64::from(i) / 40.0));
+        let points: Vec<String> = points.map(|(x, z)| format!("({x:.3}, 0, {z:.3})")).collect();
+        format!(r#""{name}": (points: [{}], closed: true, shape: spline{more})"#, points.join(", "))
+    };
+    let road = |name: &str, [x, z, to_x, to_z]: [i32; 4], then: &str| {
+        format!(r#""{name}": (points: [({x}, 0, {z}), ({to_x}, 0, {to_z})], then: [{then}], lanes: 2)"#)
+    };
+    let routes = [
+        ring("wide", 60.0, 500.0, ", lanes: 3"),
+        ring("narrow", 50.0, 800.0, ""),
+        // One flows into the next, which is filled after it or before.
+        road("a", [0, 0, 0, 99], r#""b""#),
+        road("b", [0, 99, 0, 190], r#""b""#),
+        road("d", [60, 99, 60, 190], r#""d""#),
+        road("c", [60, 0, 60, 99], r#""d""#),
+        // Two begin where one ends, and where two end one begins.
+        road("e", [120, 0, 120, 99], r#""f", "g""#),
+        road("f", [120, 99, 120, 190], r#""h""#),
+        road("g", [120, 99, 140, 190], r#""g""#),
+    ];
+    let types = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/vehicles.ron");
+    let scene = Scene::new(&format!(
+        r#"(vehicle_types: [{types:?}], routes: {{ {}, "h": (points: [(120, 0, 190), (120, 0, 260)]) }}, generators: [
+            (name: "g", place: along(spacing: 19.6, jitter: 2), vehicles: ["bicycle", "bus", "truck", "car"])])"#,
+        routes.join(", ")
+    ));
+    let (mut simulation, warnings) = scene.load();
+    assert!(warnings.iter().all(|warning| !warning.contains("overlap")), "{warnings:?}");
+    assert!(warnings.iter().any(|warning| warning.starts_with("g: ") && warning.contains("left out")), "{warnings:?}");
+    // On a ring the last one keeps the distance from the first one that others keep.
+    let world = &mut simulation.world;
+    let mut vehicles = world.query::<(&Vehicle, &OnRoute)>();
+    let (types, routes) = (world.resource::<VehicleTypes>(), world.resource::<Routes>());
+    let mut checked = 0;
+    for (id, route) in routes.iter().filter(|(_, route)| route.closed) {
+        for lane in 0..route.lanes() {
+            let on_it = vehicles.iter(world).filter(|(_, on)| (on.route, on.lane) == (id, lane));
+            let mut reach: Vec<(f64, f64)> = on_it
+                .map(|(vehicle, on)| (on.at, types.get(vehicle.kind)))
+                .map(|(at, kind)| (at - f64::from(kind.rear()), at + f64::from(kind.front())))
+                .collect();
+            reach.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let first = (reach[0].0 + route.length, reach[0].1 + route.length);
+            let ahead = reach.iter().skip(1).chain([&first]);
+            assert!(reach.iter().zip(ahead).all(|(own, ahead)| own.1 + 2.0 <= ahead.0), "{lane}: {reach:?}");
+            checked += reach.len();
+        }
+    }
+    assert!(checked > 30, "{checked}");
+}
+
+#[test]
 fn what_is_put_back_to_the_beginning_is_not_put_there_in_silence() {
     let vehicle = r#"(vehicle: (type: "box", route: "r"))"#;
     let routes = r#""r": (points: [(0, 0, 0), (0, 0, 500)]), "s": (points: [(9, 0, 0), (9, 0, 100)])"#;

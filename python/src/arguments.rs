@@ -6,7 +6,9 @@
 use crate::sim::Sim;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
+use pyo3::types::{
+    PyByteArray, PyBytes, PyComplex, PyDict, PyFrozenSet, PyIterator, PyMemoryView, PySet, PyString, PyTuple,
+};
 use relief::name;
 use std::path::PathBuf;
 
@@ -49,8 +51,35 @@ argument! {
     PathBuf: "a path";
 }
 
+/// The items of a sequence or an array. Text and bytes are none of numbers or names, and neither sets nor dicts have an
+/// order.
+pub fn items<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyIterator>> {
+    let is_text = given.is_instance_of::<PyString>() || given.is_instance_of::<PyBytes>();
+    let is_bytes = is_text || given.is_instance_of::<PyByteArray>() || given.is_instance_of::<PyMemoryView>();
+    let is_set = given.is_instance_of::<PySet>() || given.is_instance_of::<PyFrozenSet>();
+    if is_bytes || is_set || given.is_instance_of::<PyDict>() {
+        return Err(PyTypeError::new_err("no sequence"));
+    }
+    given.try_iter()
+}
+
+/// A number of a sequence.
+pub fn number(given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    if is_complex(given) { Err(PyTypeError::new_err("no real number")) } else { given.extract() }
+}
+
+/// Whether it is a complex number, of Python or numpy: these would be read as their real part.
+fn is_complex(given: &Bound<'_, PyAny>) -> bool {
+    let kind =
+        || given.getattr("dtype").and_then(|dtype| dtype.getattr("kind")).and_then(|kind| kind.extract::<char>());
+    given.is_instance_of::<PyComplex>() || kind().is_ok_and(|kind| kind == 'c')
+}
+
 /// An argument that has to be there.
 pub fn required<T: Argument>(name: &str, given: &Bound<'_, PyAny>) -> PyResult<T> {
+    if is_complex(given) {
+        return Err(wrong_type(name, &T::expected(), given));
+    }
     given.extract::<T>().map_err(|error| refused(name, &T::expected(), given, error.into()))
 }
 
@@ -125,10 +154,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Row {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        if given.is_instance_of::<PyString>() || given.is_instance_of::<PyDict>() {
-            return Err(PyTypeError::new_err("no numbers"));
-        }
-        let numbers: Vec<f64> = given.try_iter()?.map(|item| item?.extract::<f64>()).collect::<PyResult<_>>()?;
+        let numbers: Vec<f64> = items(&given)?.map(|item| number(&item?)).collect::<PyResult<_>>()?;
         match numbers.iter().find(|number| !number.is_finite()) {
             Some(number) => Err(PyValueError::new_err(format!("expected finite numbers, found {number}"))),
             None => Ok(Self(numbers)),
@@ -139,15 +165,28 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Row {
 argument! { Row: "a list of numbers"; }
 
 /// One name, or several.
-pub struct Names(pub Vec<String>);
+pub enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl Names {
+    /// Whichever they are.
+    pub fn all(self) -> Vec<String> {
+        match self {
+            Self::One(name) => vec![name],
+            Self::Several(names) => names,
+        }
+    }
+}
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Names {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         match given.extract::<String>() {
-            Ok(name) => Ok(Self(vec![name])),
-            Err(_) => Ok(Self(given.try_iter()?.map(|item| item?.extract()).collect::<PyResult<_>>()?)),
+            Ok(name) => Ok(Self::One(name)),
+            Err(_) => Ok(Self::Several(given.try_iter()?.map(|item| item?.extract()).collect::<PyResult<_>>()?)),
         }
     }
 }
@@ -160,7 +199,7 @@ pub fn worlds(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Sim>>> {
     if given.is_instance_of::<Sim>() {
         return Err(wrong_type(name, expected, given));
     }
-    let items = given.try_iter().map_err(|_| wrong_type(name, expected, given))?;
+    let items = items(given).map_err(|_| wrong_type(name, expected, given))?;
     let world = |(i, item): (usize, PyResult<Bound<'_, PyAny>>)| {
         let item = item?;
         let world = item.cast::<Sim>().map(|world| world.clone().unbind());

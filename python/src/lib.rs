@@ -41,6 +41,9 @@ use pyo3::prelude::*;
 /// Worlds, entities, sensors and their captures, in Rust.
 #[pymodule]
 mod _relief {
+    use numpy::PyArray1;
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::camera::{CameraBatch, CameraCapture};
     #[pymodule_export]
@@ -65,4 +68,13 @@ mod _relief {
     use crate::sim::{Recording, Sim};
     #[pymodule_export]
     use crate::vehicle::Vehicle;
+
+    /// Finds numpy, which arrays are made with: later an interrupt could come between, where that is no exception.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let py = module.py();
+        py.import("numpy")?;
+        PyArray1::<u8>::zeros(py, 0, false);
+        Ok(())
+    }
 }

@@ -180,7 +180,7 @@ impl LightEntity {
         edit(&own, move |light| light.intensity = intensity)
     }
 
-    /// Metres at which it has faded to nothing; infinite: no end.
+    /// Metres at which it has faded to nothing; infinite: no end. That of a directional light cannot be set.
     #[getter]
     fn range(own: PyRef<'_, Self>) -> PyResult<f32> {
         read(&own, |light| light.range)
@@ -190,6 +190,9 @@ impl LightEntity {
     fn set_range(own: PyRef<'_, Self>, range: &Bound<'_, PyAny>) -> PyResult<()> {
         required::<f64>("range", range)?;
         let range = self::range(Some(range))?;
+        if read(&own, |light| matches!(light.kind, LightKind::Directional))? {
+            return Err(Failure::value("range: a directional light has none; it reaches everywhere").into());
+        }
         edit(&own, move |light| light.range = range)
     }
 

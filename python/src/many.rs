@@ -1,12 +1,12 @@
 //! Several worlds at once: stepped on all threads, and captured together.
 
-use crate::arguments::{Given, optional, required, worlds, wrong_type};
+use crate::arguments::{Given, items, optional, required, worlds, wrong_type};
 use crate::camera::CameraBatch;
 use crate::capture::Capture;
 use crate::device;
 use crate::errors::{Failure, Outcome};
-use crate::sim::{MOST_STEPS, Sim, is_among, warn};
-use crate::world::World;
+use crate::sim::{MOST_STEPS, STEPS_AT_ONCE, Sim, is_among, warn};
+use crate::world::{Replay, World};
 use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
 use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
@@ -39,7 +39,7 @@ fn with_all<T: Send>(
 }
 
 fn steps_of_each(given: &Bound<'_, PyAny>) -> PyResult<Vec<u64>> {
-    let items = given.try_iter().map_err(|_| wrong_type("n", "a whole number, or a list of those", given))?;
+    let items = items(given).map_err(|_| wrong_type("n", "a whole number, or a list of those", given))?;
     items.enumerate().map(|(i, item)| required(&format!("n[{i}]"), &item?)).collect()
 }
 
@@ -64,7 +64,7 @@ pub fn step(py: Python<'_>, sims: &Bound<'_, PyAny>, n: Given<'_, '_>) -> PyResu
     let mut left = each;
     loop {
         // In between the keyboard may interrupt.
-        let now: Vec<u64> = left.iter().map(|&left| left.min(1000)).collect();
+        let now: Vec<u64> = left.iter().map(|&left| left.min(STEPS_AT_ONCE)).collect();
         left.iter_mut().zip(&now).for_each(|(left, now)| *left -= now);
         let steps = with_all(py, &sims, |worlds| {
             let worlds: Vec<_> = worlds.into_iter().zip(now).collect();
@@ -172,15 +172,20 @@ fn camera(world: &mut World, name: &str, is_to_be_due: bool) -> Outcome<Entity> 
 }
 
 /// Plays a recording to its end and compares every step. Returns the world as it ended. `scene`: its file, if it has
-/// moved since. Raises RecordingError at the first step that comes out otherwise, SceneError.
+/// moved since. Warns where the recording was cut short; the world is that of its last step then. Raises RecordingError
+/// at the first step that comes out otherwise, SceneError.
 #[pyfunction]
 #[pyo3(signature = (recording, *, scene=None))]
 pub fn replay(py: Python<'_>, recording: &Bound<'_, PyAny>, scene: Given<'_, '_>) -> PyResult<Sim> {
     let recording: PathBuf = required("recording", recording)?;
     let scene = optional::<PathBuf>("scene", scene)?;
     device::check_process()?;
-    let world = py.detach(|| World::replay(&recording, scene.as_deref()))?;
-    Ok(Sim::of(world))
+    let mut replay = py.detach(|| Replay::begin(&recording, scene.as_deref()))?;
+    while !py.detach(|| replay.step(STEPS_AT_ONCE))? {
+        py.check_signals()?;
+    }
+    warn(py, replay.warning.as_slice())?;
+    Ok(Sim::of(py.detach(|| replay.finish())?))
 }
 
 /// The graphics adapter that this process draws with: its name, kind and backend. Opens it if nothing has. Raises

@@ -92,7 +92,7 @@ impl CameraArguments {
         camera.near = arguments.take("near")?.unwrap_or(camera.near);
         let far = arguments.take("far")?;
         camera.samples = arguments.take("samples")?.unwrap_or(camera.samples);
-        if let Some(Names(outputs)) = arguments.take("outputs")? {
+        if let Some(outputs) = arguments.take::<Names>("outputs")?.map(Names::all) {
             let find = |wanted: &String| name::find("output", &CameraOutput::ALL, wanted);
             let outputs: Result<_, _> = outputs.iter().map(find).collect();
             camera.outputs = outputs.map_err(Failure::Value)?;

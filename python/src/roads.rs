@@ -49,7 +49,7 @@ pub struct Route {
 #[pymethods]
 impl Route {
     /// Points of a lane, or of the centre line where none is given, so many metres along the centre line, in the
-    /// scene's coordinates: float64 (N, 3).
+    /// scene's coordinates: float64 (N, 3). A closed route goes round; beyond the ends of another it raises ValueError.
     #[pyo3(signature = (along, lane=None))]
     fn points<'py>(
         &self,
@@ -58,6 +58,7 @@ impl Route {
         lane: Given<'_, '_>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let Row(along) = required("along", along)?;
+        along.iter().try_for_each(|&at| self.refuse_beyond(at))?;
         let left = match optional::<usize>("lane", lane)? {
             None => 0.0,
             Some(lane) => *self.offsets.get(lane).ok_or_else(|| {
@@ -71,15 +72,29 @@ impl Route {
         Ok(Array2::from_shape_fn((points.len(), 3), |(point, axis)| points[point][axis]).into_pyarray(py))
     }
 
-    /// How it goes there: radians about +Y, 0 along +Z, left positive.
+    /// How it goes there: radians about +Y, 0 along +Z, left positive. Raises ValueError as `points` does.
     fn yaw(&self, along: &Bound<'_, PyAny>) -> PyResult<f64> {
         let along = finite("along", required("along", along)?)?;
+        self.refuse_beyond(along)?;
         let tangent = self.route.place(along).tangent.as_dvec2();
         Ok(tangent.x.atan2(tangent.y))
     }
 
     fn __repr__(&self) -> String {
         format!("<route {:?}, {:.1} m, {} lanes>", self.name, self.length, self.lanes)
+    }
+}
+
+impl Route {
+    /// An open route ends.
+    fn refuse_beyond(&self, along: f64) -> Outcome<()> {
+        if self.closed || (0.0..=self.length).contains(&along) {
+            return Ok(());
+        }
+        Err(Failure::value(format!(
+            "along: expected metres from 0 to {}, the route's length, found {along}",
+            self.length
+        )))
     }
 }
 
@@ -126,16 +141,17 @@ impl World {
 }
 
 /// What so many groups are to show: one name for all of them, or a name for each.
-fn aspects(names: &[String], groups: usize) -> Outcome<Vec<Aspect>> {
+fn aspects(names: &Names, groups: usize) -> Outcome<Vec<Aspect>> {
     let aspect = |wanted: &String| {
         name::find("aspect", &ASPECTS, wanted).map_err(|message| Failure::value(format!("shows: {message}")))
     };
     match names {
-        [all] => Ok(vec![aspect(all)?; groups]),
-        each if each.len() == groups => each.iter().map(aspect).collect(),
-        other => {
+        Names::One(all) => Ok(vec![aspect(all)?; groups]),
+        Names::Several(each) if each.len() == groups => each.iter().map(aspect).collect(),
+        Names::Several(other) => {
             let found = other.len();
-            Err(Failure::value(format!("shows: expected one name, or {groups}, one for each group, found {found}")))
+            let message = format!("shows: expected a name, or a list of {groups}, one for each group, found {found}");
+            Err(Failure::value(message))
         }
     }
 }
@@ -158,7 +174,7 @@ impl Sim {
         let names: Option<Names> = optional("shows", shows)?;
         self.with(py, move |world| {
             let groups = world.groups(&signal)?;
-            let shows = names.map(|Names(names)| aspects(&names, groups)).transpose()?;
+            let shows = names.map(|names| aspects(&names, groups)).transpose()?;
             world.apply(SetSignal { signal, shows })
         })
     }

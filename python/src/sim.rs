@@ -20,6 +20,8 @@ use std::sync::Arc;
 
 /// Steps of a call.
 pub const MOST_STEPS: u64 = 1 << 40;
+/// Steps between which the keyboard may interrupt.
+pub const STEPS_AT_ONCE: u64 = 1000;
 
 /// A world of a scene, and its run.
 ///
@@ -53,7 +55,7 @@ fn field(py: Python<'_>) -> PyResult<PathBuf> {
 /// Warns of each as a UserWarning.
 pub fn warn(py: Python<'_>, warnings: &[String]) -> PyResult<()> {
     let category = py.get_type::<PyUserWarning>();
-    warnings.iter().try_for_each(|warning| PyErr::warn(py, &category, &CString::new(&**warning)?, 1))
+    warnings.iter().try_for_each(|warning| PyErr::warn(py, &category, &CString::new(warning.replace('\0', " "))?, 1))
 }
 
 /// Of several arguments, each a name.
@@ -84,7 +86,7 @@ impl Sim {
         let mut left = n;
         loop {
             // In between the keyboard may interrupt.
-            let now = left.min(1000);
+            let now = left.min(STEPS_AT_ONCE);
             let step = self.with(py, move |world| world.step(now))?;
             left -= now;
             if left == 0 {

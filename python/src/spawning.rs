@@ -15,7 +15,7 @@ use relief::name;
 use relief::systems::run::registry::{EntityRegistry, StateId};
 use relief::systems::run::spawn::Spawn;
 use relief::systems::vehicles::routes::Routes;
-use relief::systems::vehicles::{Controls, OnRoute, VehicleTypes};
+use relief::systems::vehicles::{Controls, FASTEST, OnRoute, VehicleTypes};
 use std::sync::Arc;
 
 /// A name that is given, else the kind and the number that comes next.
@@ -58,8 +58,8 @@ fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute,
 impl Sim {
     /// Brings a vehicle into being at once, of a type by name. `at`: in the scene, metres, the middle of its rear axle
     /// on the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in
-    /// a `lane`, which it follows. `by_hand`: it goes by `Vehicle.drive` even where it has a route. `paint`: which of
-    /// its type's paints, counted round.
+    /// a `lane`, which it follows, at first with a `speed` of 0 to 555.5 m/s. `by_hand`: it goes by `Vehicle.drive` even
+    /// where it has a route. `paint`: which of its type's paints.
     #[pyo3(
         signature = (
             kind, at=None, *, yaw=None, name=None, by_hand=None, paint=None, route=None, lane=None, along=None,
@@ -87,18 +87,22 @@ impl Sim {
         let placing = Placing::read(at, [yaw, None, None], None)?;
         let (name, route) = (optional::<String>("name", name)?, optional::<String>("route", route)?);
         let by_hand = optional("by_hand", by_hand)?.unwrap_or(false);
-        let paint = optional("paint", paint)?.unwrap_or(0);
+        let paint: u32 = optional("paint", paint)?.unwrap_or(0);
         let lane = optional::<u8>("lane", lane)?.unwrap_or(0);
         let along = optional::<f64>("along", along)?.unwrap_or(0.0);
         let speed = optional::<f64>("speed", speed)?.unwrap_or(0.0);
         let is_placed = at.is_some_and(|at| !at.is_none());
         let id = self.with(py, move |world| {
             let types = world.simulation.world.resource::<VehicleTypes>();
-            if types.find(&kind).is_none() {
+            let Some(id) = types.find(&kind) else {
                 let known: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
                 let hint = name::hint(&known, &kind);
                 let known = known.join(", ");
                 return Err(Failure::value(format!("unknown vehicle type {kind:?}{hint}; expected one of: {known}")));
+            };
+            let paints = types.get(id).paints.len().max(1);
+            if paint as usize >= paints {
+                return Err(Failure::value(format!("paint: expected less than {paints}, found {paint}")));
             }
             let name = named(name, &kind, next_id(world))?;
             let on_route = route.map(|route| on_route(world, &route, lane, along)).transpose()?;
@@ -111,8 +115,8 @@ impl Sim {
             if is_placed && (speed, lane, along) != (0.0, 0, 0.0) {
                 return Err(Failure::value("speed, lane and along: expected a route beside them"));
             }
-            if !speed.is_finite() {
-                return Err(Failure::value(format!("speed: expected m/s, found {speed}")));
+            if !(0.0..=FASTEST).contains(&speed) {
+                return Err(Failure::value(format!("speed: expected m/s from 0 to {FASTEST:.1}, found {speed}")));
             }
             let spawn = match on_route {
                 Some(on) => Spawn::Driver { name, kind, paint, on, speed, manual: by_hand },

@@ -1,17 +1,14 @@
 //! Values of arguments: numbers in sequences or arrays, places, and how things are turned.
 
-use crate::arguments::{Argument, Given, found, optional};
+use crate::arguments::{Argument, Given, found, items, number, optional};
 use crate::errors::{Failure, Outcome};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use relief::glam::{DAffine3, DVec3, Quat, Vec3};
-use relief::systems::space::Transform;
+use relief::systems::space::{FARTHEST, LARGEST, Transform};
 use std::f32::consts::PI;
-
-/// Metres from the origin along an axis, as far as places go in scene files, too.
-const FARTHEST: f64 = 1e7;
 
 /// So many numbers of any sequence or array, finite ones.
 #[derive(Clone, Copy, Debug)]
@@ -41,16 +38,14 @@ impl<const N: usize> Argument for Numbers<N> {
 /// The numbers of a sequence, or of a sequence of such, row by row; no more than so many.
 fn flat(given: &Bound<'_, PyAny>, most: usize) -> PyResult<Vec<f64>> {
     let mut numbers = Vec::new();
-    for item in given.try_iter()? {
+    for item in items(given)? {
         let item = item?;
-        match item.extract::<f64>() {
+        match number(&item) {
             Ok(number) => numbers.push(number),
             Err(error) => {
-                if item.try_iter().is_err() {
-                    return Err(error);
-                }
-                for inner in item.try_iter()? {
-                    numbers.push(inner?.extract()?);
+                let Ok(row) = items(&item) else { return Err(error) };
+                for inner in row {
+                    numbers.push(number(&inner?)?);
                 }
             }
         }
@@ -68,7 +63,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Size {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        let sides: Vec<u32> = given.try_iter()?.take(3).map(|side| side?.extract()).collect::<PyResult<_>>()?;
+        let sides: Vec<u32> = items(&given)?.take(3).map(|side| side?.extract()).collect::<PyResult<_>>()?;
         let sides: [u32; 2] = sides.try_into().map_err(|_| PyTypeError::new_err("not two"))?;
         Ok(Self(sides.into()))
     }
@@ -202,8 +197,11 @@ pub fn transform_of(matrix: &[f64; 16]) -> Outcome<Transform> {
         return Err(Failure::value("transform: expected a matrix that can be inverted"));
     }
     let (scale, rotation, translation) = place.to_scale_rotation_translation();
-    if translation.abs().max_element() > FARTHEST || scale.abs().max_element() > FARTHEST {
-        return Err(Failure::value(format!("transform: expected numbers from -{FARTHEST} to {FARTHEST}")));
+    if translation.abs().max_element() > FARTHEST {
+        return Err(Failure::value(format!("transform: expected metres from -{FARTHEST} to {FARTHEST}")));
+    }
+    if scale.abs().max_element() > LARGEST {
+        return Err(Failure::value(format!("transform: expected factors of scale from -{LARGEST} to {LARGEST}")));
     }
     // Within what matrices of single floats come with: 2^-23, times some operations.
     let axes = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(DVec3::normalize);

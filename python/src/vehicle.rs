@@ -6,6 +6,7 @@ use crate::errors::{Failure, Outcome};
 use crate::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use relief::glam::DVec3;
 use relief::name;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::standard_inputs::{Drive, SetManualControl};
@@ -80,35 +81,23 @@ impl Vehicle {
         })
     }
 
-    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route.
+    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Under manual control
+    /// this, `along` and `offset` are those of the nearest place of its route.
     #[getter]
-    fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u8>> {
+    fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u32>> {
         on_route(&own, |on| on.lane)
     }
 
     /// Metres along its route's centre line from its beginning; ``None`` without a route.
     #[getter]
     fn along(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
-        on_route(&own, |on| on.at)
+        on_route(&own, |on| on.along)
     }
 
     /// Metres from the middle of the lane that it is in or changes to, left positive; ``None`` without a route.
     #[getter]
     fn offset(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        entity.with(py, move |world| {
-            let on = world.component::<OnRoute>(id)?.zip(world.component::<Motion>(id)?);
-            let routes = world.simulation.world.resource::<Routes>();
-            Ok(on.and_then(|(on, motion)| {
-                let route = routes.get(on.route)?;
-                let centre = route.place(on.at);
-                let left = centre.left();
-                let off = motion.place - centre.position;
-                let aside = off.x * f64::from(left.x) + off.z * f64::from(left.y);
-                Some(aside - f64::from(routes.offset(route, on.lane)))
-            }))
-        })
+        on_route(&own, |on| on.offset)
     }
 
     /// Whether it goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False``
@@ -215,8 +204,33 @@ fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -
     entity.with(own.py(), move |world| Ok(value(&world.component::<Motion>(id)?.unwrap_or_default())))
 }
 
-fn on_route<T: Send>(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&OnRoute) -> T + Send) -> PyResult<Option<T>> {
+/// Where a vehicle is on its route.
+struct PlaceOnRoute {
+    lane: u32,
+    along: f64,
+    offset: f64,
+}
+
+fn on_route<T: Send>(own: &PyRef<'_, Vehicle>, value: impl FnOnce(PlaceOnRoute) -> T + Send) -> PyResult<Option<T>> {
     let entity: &Entity = own.as_super();
     let id: StateId = entity.id;
-    entity.with(own.py(), move |world| Ok(world.component::<OnRoute>(id)?.as_ref().map(value)))
+    entity.with(own.py(), move |world| Ok(place_on_route(world, id)?.map(value)))
+}
+
+fn place_on_route(world: &World, id: StateId) -> Outcome<Option<PlaceOnRoute>> {
+    let Some((on, motion)) = world.component::<OnRoute>(id)?.zip(world.component::<Motion>(id)?) else {
+        return Ok(None);
+    };
+    let routes = world.simulation.world.resource::<Routes>();
+    if world.component::<ManualControl>(id)?.is_some() {
+        let forward = DVec3::new(motion.yaw.sin(), 0.0, motion.yaw.cos());
+        let found = routes.beside_route(&on, motion.place, forward);
+        return Ok(found.map(|found| PlaceOnRoute { lane: found.lane, along: found.along, offset: found.offset }));
+    }
+    Ok(routes.get(on.route).map(|route| {
+        let centre = route.place(on.at);
+        let (left, off) = (centre.left().as_dvec2(), motion.place - centre.position);
+        let offset = off.x * left.x + off.z * left.y - f64::from(routes.offset(route, on.lane));
+        PlaceOnRoute { lane: on.lane.into(), along: on.at, offset }
+    }))
 }

@@ -295,21 +295,6 @@ impl World {
         Ok(other)
     }
 
-    /// The world of a recording at its end, every step of which came out as recorded.
-    pub fn replay(recording: &Path, scene: Option<&Path>) -> Outcome<Self> {
-        let scene = scene.map_or_else(|| recording::scene_of(recording), |scene| Ok(scene.to_owned()))?;
-        let seed = recording::seed_of(recording)?;
-        let mut world = Self::new(Arc::new(Scene::load(&scene)?), Some(seed));
-        let files = RunFiles { replay: Some(recording.to_owned()), ..RunFiles::default() };
-        let template = &world.scene.template;
-        let mut stepper = Stepper::begin(&files, (&scene, template.files()), 0, &mut world.simulation)?;
-        while !stepper.is_at_end(&world.simulation) {
-            stepper.step(&mut world.simulation)?;
-        }
-        stepper.finish(&mut world.simulation)?;
-        Ok(world)
-    }
-
     /// Begins to record; the recording's number.
     pub fn record(&mut self, path: &Path) -> Outcome<u64> {
         let template = &self.scene.template;
@@ -353,6 +338,46 @@ impl World {
     /// A component of an entity.
     pub fn component<T: relief::bevy_ecs::component::Component + Clone>(&self, id: StateId) -> Outcome<Option<T>> {
         Ok(self.simulation.world.get::<T>(self.entity(id)?).cloned())
+    }
+}
+
+/// A world in which a recording is played.
+pub struct Replay {
+    world: World,
+    stepper: Stepper,
+    /// What a person should know of the recording.
+    pub warning: Option<String>,
+}
+
+impl Replay {
+    /// At its beginning. `scene`: in the place of that which was recorded.
+    pub fn begin(recording: &Path, scene: Option<&Path>) -> Outcome<Self> {
+        let scene = scene.map_or_else(|| recording::scene_of(recording), |scene| Ok(scene.to_owned()))?;
+        let seed = recording::seed_of(recording)?;
+        let mut world = World::new(Arc::new(Scene::load(&scene)?), Some(seed));
+        let files = RunFiles { replay: Some(recording.to_owned()), ..RunFiles::default() };
+        let template = &world.scene.template;
+        let stepper = Stepper::begin(&files, (&scene, template.files()), 0, &mut world.simulation)?;
+        let warning = stepper.recording().and_then(recording::Recording::warning);
+        world.loaded.warnings.extend(warning.clone());
+        Ok(Self { world, stepper, warning })
+    }
+
+    /// Takes so many steps, or fewer where the recording ends. Returns whether it has.
+    pub fn step(&mut self, steps: u64) -> Outcome<bool> {
+        for _ in 0..steps {
+            if self.stepper.is_at_end(&self.world.simulation) {
+                return Ok(true);
+            }
+            self.stepper.step(&mut self.world.simulation)?;
+        }
+        Ok(false)
+    }
+
+    /// The world at the end, every step of which came out as recorded.
+    pub fn finish(mut self) -> Outcome<World> {
+        self.stepper.finish(&mut self.world.simulation)?;
+        Ok(self.world)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::meshes::finish_meshes;
 use crate::problem::Problem;
-use crate::recording::{RunFiles, Stepper};
+use crate::recording::{Recording, RunFiles, Stepper};
 use crate::scene;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
@@ -198,9 +198,6 @@ pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simu
 /// [`FrameError::Recording`].
 pub fn begin_run(stage: &mut Stage, scene: &Path, files: &RunFiles, from: u64) -> Result<Stepper, FrameError> {
     let stepper = Stepper::begin(files, (scene, &stage.scene.files), from, &mut stage.simulation)?;
-    if let (Some(path), Some(recording)) = (&files.replay, stepper.recording().filter(|r| !r.is_whole())) {
-        let last = recording.steps().1;
-        tracing::warn!("{}: the recording is truncated; it ends with step {last}", path.display());
-    }
+    stepper.recording().and_then(Recording::warning).into_iter().for_each(|warning| tracing::warn!("{warning}"));
     Ok(stepper)
 }

@@ -73,12 +73,20 @@ impl Identity {
         for (name, hash) in &self.files {
             match now.files.get(if *name == then { &today } else { name }) {
                 Some(found) if found == hash => {}
+                Some(_) if *name == then && then != today => {
+                    return refused(format!("made with another scene, {}; expected one of {}", self.scene, now.scene));
+                }
                 Some(_) => return refused(format!("{name} has changed since this file was made")),
-                None => return refused(format!("made with another scene: {} does not use {name}", now.scene)),
+                None => {
+                    return refused(format!(
+                        "made with another scene, {}: {} does not use {name}",
+                        self.scene, now.scene
+                    ));
+                }
             }
         }
         if let Some(name) = now.files.keys().find(|&name| *name != today && !self.files.contains_key(name)) {
-            return refused(format!("made with another scene: {} also uses {name}", now.scene));
+            return refused(format!("made with another scene, {}: {} also uses {name}", self.scene, now.scene));
         }
         if (self.seed, self.step_seconds) != (now.seed, now.step_seconds) {
             return refused(format!("made with another seed or step length than that of {}", now.scene));

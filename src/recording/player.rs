@@ -101,6 +101,9 @@ impl Recording {
             }
             last = step;
             index.push(Entry { step, kind, offset });
+            if is_whole {
+                blocks.finish()?;
+            }
         }
         if start > 0 && index.first().is_none_or(|entry| (entry.step, entry.kind) != (start, Kind::Snapshot)) {
             return Err(RecordingError::refused(path, "truncated before the first step"));
@@ -132,6 +135,13 @@ impl Recording {
     /// Whether the run ended in order; else it was killed, and the recording ends a little earlier than it did.
     pub fn is_whole(&self) -> bool {
         self.is_whole
+    }
+
+    /// What a person should know of one that is not whole.
+    pub fn warning(&self) -> Option<String> {
+        let told =
+            || format!("{}: the recording is truncated; it ends with step {}", self.blocks.path().display(), self.last);
+        (!self.is_whole).then(told)
     }
 
     /// Gets ready to play from a step: restores the nearest snapshot before it into a world that has just loaded the

@@ -151,6 +151,18 @@ impl<R: Read + Seek> Blocks<R> {
         Ok(Next::Block(offset, value))
     }
 
+    /// Refuses what comes after the last block that there is to be.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`] names the place.
+    pub fn finish(&self) -> Result<(), RecordingError> {
+        if self.offset >= self.len {
+            return Ok(());
+        }
+        let message = format!("corrupt at byte {}: unexpected data after the end", self.offset);
+        Err(RecordingError::refused(&self.path, message))
+    }
+
     /// Goes back, or ahead, to a block that was read before.
     pub fn go_to(&mut self, offset: u64) {
         self.offset = offset;

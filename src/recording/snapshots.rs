@@ -40,7 +40,8 @@ impl Snapshot {
     }
 
     fn read<R: Read + Seek>(path: &Path, mut blocks: Blocks<R>) -> Result<Self, RecordingError> {
-        Ok(Self { identity: whole(path, blocks.next()?)?, state: whole(path, blocks.next()?)? })
+        let snapshot = Self { identity: whole(path, blocks.next()?)?, state: whole(path, blocks.next()?)? };
+        blocks.finish().map(|()| snapshot)
     }
 
     /// Gives a world of the scene that state. Messages call the snapshot `path`.

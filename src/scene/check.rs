@@ -17,11 +17,10 @@ use super::values::{Color, Named, Scale};
 use glam::{DVec3, Vec3};
 use std::fmt::Display;
 use systems::lights::LightPolicy;
+pub use systems::space::{FARTHEST, LARGEST};
 
-/// Metres on each axis.
-pub const FARTHEST: f64 = 1e7;
 /// Metres; also factors of scale.
-pub const SIZES: (f32, f32) = (1e-5, 1e6);
+pub const SIZES: (f32, f32) = (1e-5, LARGEST as f32);
 pub const BRIGHTEST: f32 = 1e9;
 /// About: a body, wheels and lamps.
 const PARTS_OF_A_VEHICLE: u64 = 24;

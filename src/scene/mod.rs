@@ -9,6 +9,7 @@
 //! origin                    places count from it
 //! roads, traffic            routes and signals
 //! road_warnings, overlaps   what is doubtful of them and of vehicles on them
+//! room                      where a generator has put vehicles already
 //! vehicle_types             types of vehicles from files of their own
 //! vehicles                  what spawning asks for of all these, if the build has vehicles
 //! physical                  vehicles as bodies, if the build has physics
@@ -54,6 +55,8 @@ mod rigs;
 mod road_warnings;
 #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 mod roads;
+#[cfg(feature = "vehicles")]
+mod room;
 mod sensor_warnings;
 mod sensors;
 mod slips;

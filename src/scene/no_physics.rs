@@ -13,6 +13,10 @@ impl Check<'_> {
     }
 }
 
+pub fn warnings(_: &mut World) -> Vec<String> {
+    Vec::new()
+}
+
 pub fn make_physical(_: &mut EntityWorldMut, _: Physical) {}
 
 pub fn make_obstacle(_: &mut EntityWorldMut, _: Obstacle) {}

@@ -3,7 +3,7 @@
 use crate::name;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use systems::space::origin::Origin;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
@@ -15,9 +15,11 @@ const HEADROOM: f64 = 2.0;
 /// Pairs that are told one by one, and that are counted.
 const MOST: (usize, usize) = (5, 1000);
 
+/// Metres along the sides of the squares that outlines are found by.
+const CELL: f64 = 16.0;
+
 /// A vehicle, with its trailer straight behind it, from above.
-struct Outline {
-    entity: Entity,
+pub struct Outline {
     middle: DVec3,
     forward: DVec2,
     /// Half of length and width.
@@ -25,12 +27,13 @@ struct Outline {
 }
 
 impl Outline {
-    fn new(entity: Entity, motion: &Motion, kind: &VehicleType) -> Self {
-        let (sin, cos) = motion.yaw.sin_cos();
+    /// Of a vehicle of that type whose origin is at `place`, turned by `yaw`.
+    pub fn new(place: DVec3, yaw: f64, kind: &VehicleType) -> Self {
+        let (sin, cos) = yaw.sin_cos();
         let (front, rear, width) = (f64::from(kind.front()), f64::from(kind.rear()), f64::from(kind.size.x));
         let half = DVec2::new(0.5 * (front + rear) - TOUCH.0, 0.5 * width * (1.0 - TOUCH.1)).max(DVec2::ZERO);
-        let middle = motion.place + DVec3::new(sin, 0.0, cos) * (0.5 * (front - rear));
-        Self { entity, middle, forward: DVec2::new(sin, cos), half }
+        let middle = place + DVec3::new(sin, 0.0, cos) * (0.5 * (front - rear));
+        Self { middle, forward: DVec2::new(sin, cos), half }
     }
 
     fn sides(&self) -> [(DVec2, f64); 2] {
@@ -48,30 +51,50 @@ impl Outline {
         let least = self.sides().into_iter().chain(other.sides()).map(depth).fold(f64::INFINITY, f64::min);
         (off.y.abs() < HEADROOM && least > 0.0).then_some(least)
     }
+
+    /// The squares that it may reach into.
+    fn cells(&self) -> impl Iterator<Item = [i64; 2]> + use<> {
+        let (middle, reach) = (DVec2::new(self.middle.x, self.middle.z), self.half.length());
+        let [from, to] = [middle - reach, middle + reach].map(|corner| (corner / CELL).floor());
+        (from.x as i64..=to.x as i64).flat_map(move |x| (from.y as i64..=to.y as i64).map(move |z| [x, z]))
+    }
+}
+
+/// Outlines by where they are.
+#[derive(Default)]
+pub struct Outlines {
+    all: Vec<Outline>,
+    cells: HashMap<[i64; 2], Vec<usize>>,
+}
+
+impl Outlines {
+    /// Those that overlap one, by their number and by how much, ascending.
+    pub fn around(&self, outline: &Outline) -> Vec<(usize, f64)> {
+        let near: BTreeSet<usize> =
+            outline.cells().filter_map(|cell| self.cells.get(&cell)).flatten().copied().collect();
+        near.into_iter().filter_map(|other| Some((other, self.all[other].depth(outline)?))).collect()
+    }
+
+    /// Adds one; it gets the next number, from 0.
+    pub fn add(&mut self, outline: Outline) {
+        outline.cells().for_each(|cell| self.cells.entry(cell).or_default().push(self.all.len()));
+        self.all.push(outline);
+    }
 }
 
 /// A line for each pair, in the order of spawning; the rest is counted.
 pub fn warnings(world: &mut World) -> Vec<String> {
-    let outlines = outlines(world);
-    let cell_metres = 2.0 * outlines.iter().map(|outline| outline.half.length()).fold(4.0, f64::max);
-    let cell = |outline: &Outline| {
-        let at = outline.middle / cell_metres;
-        [at.x.floor() as i64, at.z.floor() as i64]
-    };
-    let mut before: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
-    let mut pairs = Vec::new();
-    for (index, outline) in outlines.iter().enumerate() {
-        let [x, z] = cell(outline);
-        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x.saturating_add(i), z.saturating_add(j)]));
-        for other in around.filter_map(|cell| before.get(&cell)).flatten().map(|&other| &outlines[other]) {
-            pairs.extend(outline.depth(other).map(|depth| (other, outline, depth)));
-        }
+    let (mut before, mut pairs) = (Outlines::default(), Vec::new());
+    let vehicles = outlines(world);
+    let entities: Vec<Entity> = vehicles.iter().map(|(entity, _)| *entity).collect();
+    for (entity, outline) in vehicles {
+        pairs.extend(before.around(&outline).into_iter().map(|(other, depth)| (entities[other], entity, depth)));
         if pairs.len() > MOST.1 {
             break;
         }
-        before.entry([x, z]).or_default().push(index);
+        before.add(outline);
     }
-    let mut told: Vec<String> = pairs.iter().take(MOST.0).map(|pair| tell(world, pair)).collect();
+    let mut told: Vec<String> = pairs.iter().take(MOST.0).map(|pair| tell(world, *pair)).collect();
     match pairs.len().saturating_sub(MOST.0) {
         0 => {}
         _ if pairs.len() > MOST.1 => {
@@ -83,23 +106,24 @@ pub fn warnings(world: &mut World) -> Vec<String> {
     told
 }
 
-fn outlines(world: &mut World) -> Vec<Outline> {
+fn outlines(world: &mut World) -> Vec<(Entity, Outline)> {
     let mut vehicles = world.query::<(Entity, &VehicleNumber, &Vehicle, &Motion)>();
     let types = world.resource::<VehicleTypes>();
     let mut all: Vec<_> = vehicles.iter(world).filter(|(.., motion)| motion.place.is_finite()).collect();
     all.sort_unstable_by_key(|(_, number, ..)| *number);
-    all.into_iter().map(|(entity, _, vehicle, motion)| Outline::new(entity, motion, types.get(vehicle.kind))).collect()
+    let outline = |motion: &Motion, kind| Outline::new(motion.place, motion.yaw, types.get(kind));
+    all.into_iter().map(|(entity, _, vehicle, motion)| (entity, outline(motion, vehicle.kind))).collect()
 }
 
-fn tell(world: &World, (one, other, depth): &(&Outline, &Outline, f64)) -> String {
-    let place = world.get::<Motion>(other.entity).map(|motion| motion.place).unwrap_or_default();
+fn tell(world: &World, (one, other, depth): (Entity, Entity, f64)) -> String {
+    let place = world.get::<Motion>(other).map(|motion| motion.place).unwrap_or_default();
     let at = place + world.resource::<Origin>().0 + DVec3::ZERO;
-    let on = world.get::<OnRoute>(other.entity);
+    let on = world.get::<OnRoute>(other);
     let road = on.and_then(|on| Some((world.resource::<Routes>().get(on.route)?, on)));
     let road = road.map_or_else(String::new, |(route, on)| {
         format!(", {:.1} m along routes[{:?}] in lane {}", on.at, route.plan.name, on.lane)
     });
-    let [one, other] = [one, other].map(|outline| name::of_entity(world, outline.entity));
+    let [one, other] = [one, other].map(|vehicle| name::of_entity(world, vehicle));
     format!(
         "{one:?} and {other:?} overlap by {depth:.1} m at ({:.1}, {:.1}, {:.1}){road}: \
          neither gives way",

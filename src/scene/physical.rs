@@ -2,8 +2,12 @@
 
 use super::check::Check;
 use super::format::Obstacle;
+use crate::name;
 use bevy_ecs::prelude::*;
+use systems::ecs::clock::Clock;
 pub use systems::physics::Physical;
+use systems::physics::unheld;
+use systems::vehicles::{Vehicle, VehicleNumber, VehicleTypes};
 
 impl Check<'_> {
     pub(super) fn physical(&mut self, physical: &Physical) {
@@ -21,6 +25,27 @@ impl Check<'_> {
             value.into_iter().for_each(|value| self.number(name, value, 1e-3, most));
         }
     }
+}
+
+/// What of vehicles' springs counts as another number than is given: of the first vehicle, and how many others have some.
+pub fn warnings(world: &mut World) -> Vec<String> {
+    let mut vehicles = world.query::<(&VehicleNumber, Entity, &Vehicle, &Physical)>();
+    let (types, clock) = (world.resource::<VehicleTypes>(), world.resource::<Clock>());
+    let unheld = |(number, entity, vehicle, physical): (&VehicleNumber, Entity, &Vehicle, &Physical)| {
+        Some((*number, entity, unheld(physical, types.get(vehicle.kind), clock))).filter(|row| !row.2.is_empty())
+    };
+    let mut found: Vec<_> = vehicles.iter(world).filter_map(unheld).collect();
+    found.sort_unstable_by_key(|row| row.0);
+    let others = match found.len().saturating_sub(1) {
+        0 => String::new(),
+        others => format!(" (and {others} other vehicles)"),
+    };
+    let first = found.into_iter().next();
+    let told = first.map(|(_, entity, told)| (name::of_entity(world, entity), told));
+    told.into_iter()
+        .flat_map(|(name, told)| told.into_iter().map(move |told| format!("{name:?}: {told}")))
+        .map(|told| format!("{told}{others}"))
+        .collect()
 }
 
 /// Has a vehicle simulated as a body.

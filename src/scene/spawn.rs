@@ -419,8 +419,7 @@ impl Spawner<'_> {
             }
         }
         if room.full > 0 {
-            let warning =
-                format!("{name}: {} of {} left out: no room between the earlier ones", room.full, copies.len());
+            let warning = format!("{name}: {} of {} left out: no room between the others", room.full, copies.len());
             self.found.warnings.push(warning);
         }
     }

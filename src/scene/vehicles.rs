@@ -7,7 +7,8 @@ use super::overlaps;
 use super::physical;
 use super::places::Step;
 use super::road_warnings;
-use super::spawn::{Placement, Spawner, descendants};
+pub use super::room::Room;
+use super::spawn::{Spawner, descendants};
 use super::traffic::{self, LitGlass};
 use super::vehicle_types::{self, Loaded};
 use crate::name;
@@ -26,8 +27,7 @@ use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::signals::Signals;
 use systems::vehicles::{
-    Controls, Headlights, ManualControl, Motion, NextVehicleNumber, RouteId, Vehicle, VehicleType, VehicleTypeId,
-    VehicleTypes,
+    Controls, Headlights, ManualControl, Motion, NextVehicleNumber, Vehicle, VehicleType, VehicleTypeId, VehicleTypes,
 };
 
 /// What is known of a scene's vehicles and signals while it is spawned.
@@ -91,6 +91,7 @@ pub fn make_ground(entity: &mut EntityWorldMut) {
 /// What is to be said of vehicles once all are there.
 pub fn warnings(world: &mut World) -> Vec<String> {
     let mut warnings = overlaps::warnings(world);
+    warnings.extend(physical::warnings(world));
     warnings.extend(unknown_classes(world));
     if world.query::<&OnRoute>().iter(world).next().is_some() {
         let origin = world.resource::<Origin>().0;
@@ -181,35 +182,5 @@ impl From<format::Headlights> for Headlights {
             format::Headlights::Low => Self::Low,
             format::Headlights::High => Self::High,
         }
-    }
-}
-
-/// How far the vehicles that a generator puts on a lane reach.
-#[derive(Default)]
-pub struct Room {
-    /// The lane that is being filled, and where the front of the last one on it is.
-    last: Option<(RouteId, u8, f64)>,
-    /// Vehicles that found no room.
-    pub full: usize,
-}
-
-impl Room {
-    /// Metres between two vehicles at least.
-    const GAP: f64 = 2.0;
-
-    /// Whether a vehicle has room behind which it stands free.
-    pub fn take(&mut self, placement: &Placement, world: &World) -> bool {
-        let types = world.resource::<VehicleTypes>();
-        let Some((on, name)) = placement.on_route.zip(placement.vehicle) else { return true };
-        let kind = types.get(types.find(name).unwrap_or_default());
-        let is_free = self.last.is_none_or(|(route, lane, front)| {
-            (route, lane) != (on.route, on.lane) || on.at - f64::from(kind.rear()) > front + Self::GAP
-        });
-        if is_free {
-            self.last = Some((on.route, on.lane, on.at + f64::from(kind.front())));
-        } else {
-            self.full += 1;
-        }
-        is_free
     }
 }

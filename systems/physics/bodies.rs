@@ -1,11 +1,11 @@
 //! The physics world: which vehicles are bodies in it, its steps, and where the bodies are afterwards.
 
-use super::body::{Body, Wish, forward_speed, pose};
+use super::body::{Body, Wish, forward_speed, parts, pose};
 use super::ground::Colliders;
 use super::physical::{Physical, Tuning, wheels};
 use crate::ecs::sub_steps::SubStep;
 use crate::space::interpolation::Interpolated;
-use crate::space::transform::Transform;
+use crate::space::transform::{FARTHEST, Transform};
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use crate::vehicles::driving::standing;
 use crate::vehicles::ground::Grounds;
@@ -18,12 +18,6 @@ use glam::DVec3;
 use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Seconds; a longer step is done in several of the physics.
-const LONGEST: f64 = 1.0 / 60.0;
-
-/// Metres from the origin; what gets farther was thrown out of the world.
-const FARTHEST: f64 = 1e7;
 
 /// The physics world, and which of its bodies are which vehicles.
 #[derive(Resource, Serialize, Deserialize)]
@@ -217,8 +211,7 @@ fn wish((_, wanted, controls, manual, on_route): (&VehicleNumber, &Wanted, &Cont
 /// Moves all bodies on, by a step or a part of one.
 pub fn step_bodies(mut physics: ResMut<Physics>, now: Res<SubStep>, vehicles: Query<Driven, With<Physical>>) {
     let Physics { world, bodies, inserted, .. } = &mut *physics;
-    let substeps = (now.seconds / LONGEST - 1e-6).ceil().max(1.0);
-    let seconds = now.seconds / substeps;
+    let (substeps, seconds) = parts(now.seconds);
     if !(seconds > 0.0 && seconds.is_finite()) {
         return;
     }
@@ -232,7 +225,7 @@ pub fn step_bodies(mut physics: ResMut<Physics>, now: Res<SubStep>, vehicles: Qu
             world.broad_phase.set_aabb(&world.integration_parameters, handle, collider.compute_aabb());
         }
     }
-    for _ in 0..substeps as u32 {
+    for _ in 0..substeps {
         for (number, body) in bodies.iter_mut() {
             body.drive(world, &wishes.get(number).copied().unwrap_or_default(), seconds);
         }
@@ -285,6 +278,7 @@ pub fn write_back(
     }
 }
 
+/// Farther from the origin it was thrown out of the world.
 fn is_within(place: DVec3, lowest: f32) -> bool {
     place.is_finite() && place.length() < FARTHEST && place.y > f64::from(lowest)
 }

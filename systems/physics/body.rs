@@ -3,7 +3,9 @@
 //! The body's origin and axes are the vehicle's: on the ground below the rear axle, +Z forward, +X left. Its centre of
 //! mass is above the middle of its wheels, so that equal springs give equally under its weight and it stands level.
 
-use super::physical::{GRAVITY, Tuning, WheelPlace};
+use super::physical::{GRAVITY, Physical, Tuning, WheelPlace, wheels};
+use crate::ecs::clock::Clock;
+use crate::ecs::sub_steps::SubStep;
 use crate::space::transform::Transform;
 use crate::vehicles::components::Motion;
 use crate::vehicles::types::VehicleType;
@@ -14,6 +16,9 @@ use serde::{Deserialize, Serialize};
 
 /// Metres per second below which a vehicle that brakes stands.
 const STANDSTILL: f64 = 0.05;
+
+/// Seconds; a longer step is done in several of the physics.
+const LONGEST: f64 = 1.0 / 60.0;
 
 /// What `DynamicRayCastVehicleController` takes from a wheel's sideways velocity in a step, at a side friction
 /// stiffness of 1.
@@ -102,6 +107,7 @@ impl Body {
     /// it within the step; the part that the springs carry comes last, lest their dampers take it for a movement.
     pub fn drive(&mut self, world: &mut PhysicsWorld, wish: &Wish, seconds: f64) {
         let Some(chassis) = world.bodies.get_mut(self.handle) else { return };
+        self.hold_springs(&chassis.mass_properties().local_mprops, seconds);
         let up = *chassis.rotation() * DVec3::Y;
         let fall = DVec3::NEG_Y * (GRAVITY * seconds);
         let fall_on_springs = up * up.dot(fall);
@@ -122,6 +128,34 @@ impl Body {
             self.hold(chassis, braking * seconds);
             let velocity = chassis.linvel() + fall_on_springs;
             chassis.set_linvel(velocity, true);
+        }
+    }
+
+    /// Makes springs and dampers as stiff as a step of so many seconds holds, without the standing vehicle's height
+    /// changing.
+    fn hold_springs(&mut self, properties: &MassProperties, seconds: f64) {
+        let places = self.controller.wheels().iter().map(|wheel| wheel.chassis_connection_point_cs);
+        let held = self.tuning.held(mobility(places, properties), seconds);
+        let (count, given) = (self.steers.len(), self.deflection());
+        let tyre = wheel_tuning(&held, count);
+        for wheel in self.controller.wheels_mut() {
+            if wheel.suspension_stiffness != tyre.suspension_stiffness {
+                wheel.chassis_connection_point_cs.y += given - held.static_deflection(count);
+            }
+            wheel.suspension_stiffness = tyre.suspension_stiffness;
+            wheel.damping_compression = tyre.suspension_compression;
+            wheel.damping_relaxation = tyre.suspension_damping;
+        }
+    }
+
+    /// How far each spring gives under the vehicle's weight, as stiff as it is held, metres.
+    fn deflection(&self) -> f64 {
+        let count = self.steers.len();
+        let given = wheel_tuning(&self.tuning, count).suspension_stiffness;
+        let held = self.controller.wheels().first().map(|wheel| wheel.suspension_stiffness);
+        match held.filter(|held| *held != given) {
+            Some(held) => GRAVITY / (count as f64 * held),
+            None => self.tuning.static_deflection(count),
         }
     }
 
@@ -181,7 +215,7 @@ impl Body {
     /// hangs.
     pub fn travel(&self, wheel: usize) -> Option<f64> {
         let wheels = self.controller.wheels();
-        let standing = self.tuning.rest_length - self.tuning.static_deflection(wheels.len());
+        let standing = self.tuning.rest_length - self.deflection();
         wheels.get(wheel).map(|wheel| standing - wheel.raycast_info().suspension_length)
     }
 
@@ -203,6 +237,12 @@ impl Body {
             [wheel.rotation, wheel.wheel_suspension_force].into_iter().for_each(&mut add);
         }
     }
+}
+
+/// In how many steps of the physics so many seconds are done, and how long each is.
+pub fn parts(seconds: f64) -> (u32, f64) {
+    let count = (seconds / LONGEST - 1e-6).ceil().max(1.0);
+    (count as u32, seconds / count)
 }
 
 /// m/s of the chassis' origin, the middle of the rear axle, along its forward.
@@ -228,13 +268,58 @@ pub fn chassis_collider(kind: &VehicleType, wheels: &[WheelPlace]) -> ColliderBu
     ColliderBuilder::cuboid(half.x, half.y, half.z).translation(middle).density(0.0).friction(0.4)
 }
 
-/// Those of an even box of the type's size, its middle lowered to where a vehicle's heavy parts are.
+/// Those of an even box of the type's size, and at least as long and wide as its wheels are apart, its middle lowered to
+/// where a vehicle's heavy parts are.
 fn mass_properties(kind: &VehicleType, wheels: &[WheelPlace], mass: f64) -> MassProperties {
-    let size = kind.size.max(Vec3::splat(0.2)).min(Vec3::splat(100.0)).as_dvec3();
+    let hubs = || wheels.iter().map(|wheel| wheel.hub);
+    let apart = hubs().fold(Vec3::MIN, Vec3::max) - hubs().fold(Vec3::MAX, Vec3::min);
+    let size = kind.size.max(apart.with_y(0.0)).max(Vec3::splat(0.2)).min(Vec3::splat(100.0)).as_dvec3();
     let middle = wheels.iter().map(|wheel| wheel.hub.as_dvec3()).sum::<DVec3>() / wheels.len().max(1) as f64;
     let squares = size * size;
     let inertia = DVec3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) * (mass / 12.0);
     MassProperties::new(DVec3::new(middle.x, 0.35 * size.y, middle.z), mass, inertia)
+}
+
+/// The largest ratio of the wheels' velocities along their springs to the impulses that all of these take, 1/kg: of the
+/// eigenvalues of J·M⁻¹·Jᵀ, with a row of J for each wheel and M the chassis' mass and moments of inertia. Going up and
+/// down, pitching and rolling are independent, up to wheels that are not opposite each other.
+fn mobility(wheels: impl ExactSizeIterator<Item = DVec3> + Clone, properties: &MassProperties) -> f64 {
+    let (count, inertia) = (wheels.len() as f64, properties.principal_inertia());
+    let sum = |part: fn(DVec3) -> f64| wheels.clone().map(|at| part(at - properties.local_com)).sum::<f64>();
+    let (pitch, roll) = (sum(|at| at.z * at.z) / inertia.x, sum(|at| at.x * at.x) / inertia.z);
+    let both = sum(|at| at.x * at.z).abs() / (inertia.x * inertia.z).sqrt();
+    (count * properties.inv_mass).max(pitch.max(roll) + both)
+}
+
+/// What of a vehicle's given springs counts as another number, for a person: the ranges follow from its weight and the
+/// clock's step.
+pub fn unheld(physical: &Physical, kind: &VehicleType, clock: &Clock) -> Vec<String> {
+    let wheels = wheels(kind);
+    if wheels.is_empty() {
+        return Vec::new();
+    }
+    let given = Tuning::of(physical, kind, wheels.len());
+    let seconds = SubStep::of(clock).next().map_or(LONGEST, |part| parts(part.seconds).1);
+    let hubs = wheels.iter().map(|wheel| wheel.hub.as_dvec3());
+    let held = given.held(mobility(hubs, &mass_properties(kind, &wheels, given.mass)), seconds);
+    let springs = [
+        ("stiffness", physical.stiffness, held.stiffness, "N/m"),
+        ("damping", physical.damping, held.damping, "N·s/m"),
+    ];
+    // Up to the rounding of single floats.
+    let differs = |found: f32, counts: f64| (f64::from(found) - counts).abs() > 1e-6 * counts;
+    let found = springs.into_iter().filter_map(|(name, given, counts, unit)| Some((name, given?, counts, unit)));
+    found
+        .filter(|(_, found, counts, _)| differs(*found, *counts))
+        .map(|(name, found, counts, unit)| {
+            let bound = if f64::from(found) > counts { "most" } else { "least" };
+            let mass = given.mass;
+            format!(
+                "physical: {name}: expected at {bound} {counts:.0} {unit} under {mass} kg at a step of {seconds:.4} s, \
+                 found {found}; it counts as that"
+            )
+        })
+        .collect()
 }
 
 /// The controller's numbers are per kilogram of the chassis; a wheel's sideways velocity is taken away within a step,

@@ -25,6 +25,7 @@ pub(crate) mod springs;
 pub(crate) mod traffic;
 
 pub use bodies::{Physics, any_physical, place_bodies, step_bodies, write_back};
+pub use body::unheld;
 pub use ground::{Obstacle, update_ground};
 pub use physical::{GRAVITY, Physical, Tuning, WheelPlace, wheels};
 pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};

@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 const STATIC_DEFLECTION: f64 = 0.1;
 /// Of the springs' damping to critical damping, where nothing is said.
 const DAMPING_RATIO: f64 = 0.35;
+/// Of their length, what springs give at most under the vehicle's weight: the rest is left for bumps.
+const MOST_DEFLECTION: f64 = 0.9;
 /// Drag coefficient times half the density of air, kg/m³: between a car's and a van's.
 const DRAG_PER_AREA: f64 = 0.21;
 
@@ -82,7 +84,10 @@ impl Tuning {
     pub fn of(physical: &Physical, kind: &VehicleType, wheels: usize) -> Self {
         let wheels = wheels.max(1) as f64;
         let mass = within(physical.mass, kind.mass.into(), 10.0, 1e6);
-        let stiffness = within(physical.stiffness, mass * GRAVITY / (wheels * STATIC_DEFLECTION), 1e2, 1e8);
+        let rest_length = within(physical.rest_length, 0.3, 0.05, 2.0);
+        let gives = |deflection: f64| mass * GRAVITY / (wheels * deflection);
+        let least = gives(MOST_DEFLECTION * rest_length);
+        let stiffness = within(physical.stiffness, gives(STATIC_DEFLECTION), least, least.max(1e8));
         let critical = 2.0 * (stiffness * mass / wheels).sqrt();
         Self {
             mass,
@@ -92,7 +97,22 @@ impl Tuning {
             drag: within(physical.drag, DRAG_PER_AREA * f64::from(kind.size.x * kind.size.y), 0.0, 1e4),
             stiffness,
             damping: within(physical.damping, DAMPING_RATIO * critical, 0.0, critical),
-            rest_length: within(physical.rest_length, 0.3, 0.05, 2.0),
+            rest_length,
+        }
+    }
+
+    /// As a step of so many seconds holds it: springs up to 1 / (`mobility`·h²) and dampers up to 1 / (`mobility`·h),
+    /// which is what backward Euler makes of infinite ones (Catto, "Soft Constraints", GDC 2011). `mobility`, 1/kg: the
+    /// largest by which the wheels' velocities answer to their impulses.
+    ///
+    /// A wheel's velocity v and its spring's length x follow v' = v − a·h·(k·x + c·v), x' = x + h·v'. With κ = a·k·h²
+    /// and γ = a·c·h that is stable where κ + 2γ < 4 (Jury's criterion); here it is 3 at most.
+    #[must_use]
+    pub fn held(&self, mobility: f64, seconds: f64) -> Self {
+        Self {
+            stiffness: self.stiffness.min(1.0 / (mobility * seconds * seconds)),
+            damping: self.damping.min(1.0 / (mobility * seconds)),
+            ..*self
         }
     }
 

@@ -10,7 +10,7 @@ use crate::sensors::components::Sensor;
 use crate::sensors::labels::{Class, Instance};
 use crate::space::transform::Transform;
 #[cfg(feature = "vehicles")]
-use crate::vehicles::components::{Controls, Motion, OnRoute};
+use crate::vehicles::components::{Controls, FASTEST, Motion, OnRoute};
 #[cfg(feature = "vehicles")]
 use crate::vehicles::routes::Routes;
 use bevy_ecs::name::Name;
@@ -76,7 +76,7 @@ pub enum Spawn {
         paint: u32,
         /// Where it is put.
         on: OnRoute,
-        /// Metres per second along its own forward.
+        /// Metres per second along its own forward, 0 to [`FASTEST`].
         speed: f64,
         /// Whether it goes by its controls all the same.
         manual: bool,
@@ -127,13 +127,13 @@ impl Spawn {
     /// Whether its numbers are numbers.
     pub(crate) fn is_sound(&self) -> bool {
         match self {
-            Self::Light { transform, light, .. } => transform.is_finite() && light.is_sound(),
+            Self::Light { transform, light, .. } => transform.is_sound() && light.is_sound(),
             #[cfg(feature = "vehicles")]
-            Self::Vehicle { transform, controls, .. } => transform.is_finite() && controls.is_sound(),
+            Self::Vehicle { transform, controls, .. } => transform.is_sound() && controls.is_sound(),
             #[cfg(feature = "vehicles")]
-            Self::Driver { on, speed, .. } => on.is_sound() && speed.is_finite(),
-            Self::Sensor { transform, sensor, .. } => transform.is_finite() && sensor.check().is_ok(),
-            Self::Copy { transform, .. } => transform.is_finite(),
+            Self::Driver { on, speed, .. } => on.is_sound() && (0.0..=FASTEST).contains(speed),
+            Self::Sensor { transform, sensor, .. } => transform.is_sound() && sensor.check().is_ok(),
+            Self::Copy { transform, .. } => transform.is_sound(),
         }
     }
 }

@@ -128,7 +128,7 @@ impl Input for SetTransform {
     }
 
     fn is_sound(&self) -> bool {
-        self.transform.is_finite()
+        self.transform.is_sound()
     }
 }
 

@@ -77,7 +77,7 @@ impl StateList {
         // Parents first: where things hang decides what is below a hidden entity.
         let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
         list.add(Component::<ChildOf, ()>::checked("parent", hangs));
-        list.add(Component::<Transform, Placed>::checked("transform", Transform::is_finite));
+        list.add(Component::<Transform, Placed>::checked("transform", Transform::is_sound));
         list.add(Component::<Light>::checked("light", Light::is_sound));
         list.add(Component::<Spin>::checked("spin", Spin::is_sound));
         list.add(Component::<Portal>::checked("portal", Portal::is_sound));
@@ -213,14 +213,18 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T,
         let mut insert = Vec::new();
         let mut last = None;
         for (id, value) in wanted {
-            if last.replace(id).is_some_and(|last| last >= id) || !(self.is_sound)(&value) {
-                return Err(StateError::new(self.name, format_args!("entity {id}: invalid value")));
+            let invalid = || Err(StateError::new(self.name, format_args!("entity {id}: invalid value")));
+            if last.replace(id).is_some_and(|last| last >= id) {
+                return invalid();
             }
             while let Some((gone, _)) = present.next_if(|(present, _)| *present < id) {
                 remove.push(gone);
             }
             // What is as it was is left alone: nothing has to follow it.
             if present.next_if(|(present, _)| *present == id).is_none_or(|(_, bytes)| bytes != encode(&value)) {
+                if !(self.is_sound)(&value) {
+                    return invalid();
+                }
                 insert.push((id, value));
             }
         }

@@ -20,4 +20,4 @@ pub use hidden::{Hidden, InheritedHidden, inherit_hidden};
 pub use interpolation::{Interpolated, Interpolation, remember};
 pub use motion::{Spin, spin};
 pub use propagation::{NewParents, note_parent, update_transforms};
-pub use transform::{GlobalTransform, Transform};
+pub use transform::{FARTHEST, GlobalTransform, LARGEST, Transform};

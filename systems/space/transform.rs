@@ -9,6 +9,11 @@ use glam::{Affine3, Affine3A, Mat3, Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 
+/// Metres from the origin of the scene's coordinates along an axis: as far as scenes, inputs and calls put things.
+pub const FARTHEST: f64 = 1e7;
+/// Factors of scale, as large as scenes, inputs and calls have them.
+pub const LARGEST: f64 = 1e6;
+
 /// Place, direction and size of an entity in the coordinates of its parent; in the world's for one that has none. A
 /// point p of the entity is at translation + rotation · (scale · p).
 ///
@@ -159,6 +164,13 @@ impl Transform {
     /// Its own −Y.
     pub fn down(&self) -> Vec3 {
         -self.up()
+    }
+
+    /// Whether all of it is finite and within what scenes and calls may ask for: places of the world count from an origin
+    /// that may be [`FARTHEST`] away itself.
+    pub fn is_sound(&self) -> bool {
+        let is_near = self.translation.as_dvec3().abs().max_element() <= 2.0 * FARTHEST;
+        self.is_finite() && is_near && self.scale.as_dvec3().abs().max_element() <= LARGEST
     }
 
     /// Whether all of it is finite.

@@ -101,6 +101,72 @@ fn it_stands_as_its_model_does_and_springs_give_by_its_weight() {
     assert!((tuning(2000.0) - deflection(2000.0)).abs() < 1e-6);
 }
 
+/// What stands stays, and what rolls keeps its speed and height, whatever its mass, springs, dampers and the step: those
+/// that the step cannot hold are as stiff as it can.
+#[test]
+fn whatever_its_springs_and_the_step_it_stands_and_rolls_evenly() {
+    let stiffnesses = [None, Some(100.0), Some(2e5), Some(1e6), Some(5e6), Some(1e8)];
+    let dampings = [None, Some(1.0), Some(5e4), Some(1e8)];
+    let masses = [10.0, 200.0, 1400.0, 7e4, 1e6];
+    for step in [0.001, 1.0 / 240.0, 1.0 / 60.0, 0.05, 0.2, 1.0] {
+        let mut simulation = simulation();
+        simulation.world.resource_mut::<Clock>().step_seconds = step;
+        let mut vehicles = Vec::new();
+        for (i, stiffness) in stiffnesses.into_iter().enumerate() {
+            for (j, damping) in dampings.into_iter().enumerate() {
+                for (k, mass) in masses.into_iter().enumerate() {
+                    let physical = Physical { stiffness, damping, mass: Some(mass), ..AIRLESS };
+                    let lane = (i * dampings.len() + j) * masses.len() + k;
+                    // Those that are hardly damped would go on bouncing.
+                    let height = if matches!(damping, Some(1.0 | 5e4)) { 0.0 } else { 0.02 };
+                    let speed = if lane % 2 == 0 { 0.0 } else { 10.0 };
+                    let at = Transform::from_xyz(8.0 * lane as f32, height, 0.0);
+                    let vehicle = spawn(&mut simulation, physical, at, speed);
+                    want(&mut simulation, vehicle, 0.0, 0.0);
+                    vehicles.push((vehicle, f64::from(speed), physical));
+                }
+            }
+        }
+        // Of the least damped ones that are let fall, e⁻⁴ of 0.1 m/s is left then.
+        steps(&mut simulation, (2.0f64 / step).ceil() as usize);
+        let velocity = |simulation: &Simulation, vehicle: Entity| {
+            let number = *simulation.world.get::<VehicleNumber>(vehicle).expect("a vehicle");
+            simulation.world.resource::<Physics>().velocity(number).expect("a body")
+        };
+        for _ in 0..(0.5f64 / step).ceil() as usize {
+            let before: Vec<DVec3> = vehicles.iter().map(|row| velocity(&simulation, row.0)).collect();
+            simulation.step();
+            for ((vehicle, speed, physical), before) in vehicles.iter().zip(before) {
+                let now = velocity(&simulation, *vehicle);
+                let off = now - DVec3::Z * *speed;
+                assert!(off.length() < 0.02, "{now} m/s at a step of {step} s: {physical:?}");
+                // The ground's force is m·g: nothing accelerates, up to 0.3 m/s².
+                assert!(now.distance(before) / step < 0.3, "{before} to {now} in {step} s: {physical:?}");
+                let height = place(&simulation, *vehicle).translation.y;
+                assert!(height.abs() < 0.005, "{height} m high at a step of {step} s: {physical:?}");
+            }
+        }
+    }
+}
+
+/// Springs that are too short or too soft to carry a vehicle carry it all the same.
+#[test]
+fn springs_are_stiff_enough_to_carry_their_vehicle() {
+    for (mass, stiffness, rest_length) in [(1400.0, None, 0.05), (7e4, Some(2e4), 0.3), (1e6, Some(100.0), 2.0)] {
+        let mut simulation = simulation();
+        let rest_length = Some(rest_length);
+        let physical = Physical { mass: Some(mass), stiffness, rest_length, ..AIRLESS };
+        let vehicle = spawn(&mut simulation, physical, Transform::from_xyz(0.0, 0.02, 0.0), 0.0);
+        steps(&mut simulation, 600);
+        let number = *simulation.world.get::<VehicleNumber>(vehicle).expect("a vehicle");
+        let physics = simulation.world.resource::<Physics>();
+        assert_eq!(physics.wheels_on_ground(number), Some(4), "{physical:?}");
+        assert!(physics.velocity(number).expect("a body").length() < 1e-3, "{physical:?}");
+        // It stands as its model does, to the millimetre.
+        assert!(place(&simulation, vehicle).translation.length() < 1e-3, "{physical:?}");
+    }
+}
+
 #[test]
 fn braking_distances_are_those_of_the_brakes_and_of_the_road() {
     for (speed, friction, brake_force) in [(20.0f32, 2.0f32, 1400.0 * 5.0f32), (20.0, 0.4, 1e6), (30.0, 0.8, 1e6)] {

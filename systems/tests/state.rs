@@ -335,6 +335,51 @@ fn the_origin_counts_and_a_snapshot_from_another_one_is_refused() {
 }
 
 #[test]
+fn places_beyond_those_of_scenes_and_calls_are_refused() {
+    let far = [
+        Transform::from_xyz(3e7, 0.0, 0.0),
+        Transform::from_xyz(0.0, -1e20, 0.0),
+        Transform::from_scale(Vec3::splat(1e25)),
+        Transform::from_scale(Vec3::new(1.0, -2e6, 1.0)),
+    ];
+    for at in far {
+        let world = |at: Transform| {
+            let mut simulation = Simulation::new();
+            let entity = simulation.world.spawn(at).id();
+            register_all(&mut simulation.world);
+            (simulation, entity)
+        };
+        let (mut moved, _) = world(at);
+        let saved = snapshot::save(&mut moved.world);
+        let (mut simulation, _) = world(Transform::IDENTITY);
+        let error = snapshot::restore(&mut simulation.world, &saved).expect_err("far away").to_string();
+        assert_eq!(error, "transform: entity 0: invalid value", "{at:?}");
+        // One of the scene's own is as it was.
+        snapshot::restore(&mut world(at).0.world, &saved).expect("a snapshot of it");
+        let known = Inputs::default();
+        let put = SetTransform { entity: StateId(0), transform: at };
+        assert!(known.check(&SavedInput::of(&put)).is_err(), "{at:?}");
+    }
+    let near = SetTransform { entity: StateId(0), transform: Transform::from_xyz(1e7, -1e7, 0.0) };
+    assert!(Inputs::default().check(&SavedInput::of(&near)).is_ok());
+}
+
+#[test]
+fn speeds_beyond_those_of_all_vehicles_are_refused() {
+    let driver = |speed: f64| Spawn::Driver {
+        name: "fast".into(),
+        kind: String::new(),
+        paint: 0,
+        on: systems::vehicles::OnRoute::default(),
+        speed,
+        manual: false,
+    };
+    let is_sound = |speed| Inputs::default().check(&SavedInput::of(&driver(speed))).is_ok();
+    assert!(is_sound(0.0) && is_sound(systems::vehicles::FASTEST));
+    assert!([1e9, 556.0, -50.0, f64::NAN, f64::INFINITY].into_iter().all(|speed| !is_sound(speed)));
+}
+
+#[test]
 fn a_snapshot_of_another_scene_is_refused() {
     let saved = snapshot::save(&mut busy().world);
     let mut other = busy();

@@ -1,7 +1,7 @@
 //! What vehicles are as components, and the ids in them.
 
 use crate::space::interpolation::Interpolated;
-use crate::space::transform::Transform;
+use crate::space::transform::{FARTHEST, Transform};
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,9 @@ impl VehicleTypeId {
 /// Names a route of [`Routes`](super::routes::Routes).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
 pub struct RouteId(pub u16);
+
+/// Metres per second: as fast as anything may be that is put on a route, and as any limit or type. 2000 km/h.
+pub const FASTEST: f64 = 2000.0 / 3.6;
 
 /// Makes an entity a vehicle of a type; its parts become entities below it as it is spawned.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -84,10 +87,11 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Whether its numbers are numbers.
+    /// Whether its numbers are numbers, and its place is one that a world has.
     pub(crate) fn is_sound(&self) -> bool {
         let adding_up = [self.speed, self.yaw, self.hitch, self.rolled];
-        let is_finite = adding_up.iter().all(|n| n.is_finite()) && self.place.is_finite();
+        let is_near = self.place.abs().max_element() <= 2.0 * FARTHEST;
+        let is_finite = adding_up.iter().all(|n| n.is_finite()) && self.place.is_finite() && is_near;
         is_finite && self.acceleration.is_finite() && self.steering.is_finite()
     }
 

@@ -36,6 +36,13 @@ impl Routes {
         found.min_by(|a, b| against(a).cmp(&against(b)).then(a.offset.abs().total_cmp(&b.offset.abs())))
     }
 
+    /// Where a vehicle that is under manual control is on its route: at the nearest place of it, where the route would
+    /// take it up again, and in the nearest of its lanes, however far away that is.
+    pub fn beside_route(&self, on: &OnRoute, point: DVec3, forward: DVec3) -> Option<LaneReading> {
+        let route = self.get(on.route)?;
+        self.read(route, on.route, route.nearest(point), point, forward).map(|(reading, _)| reading)
+    }
+
     /// The reading on a route, looked for from `at` metres along it; and how far the centre line is, metres.
     fn read(&self, route: &Route, id: RouteId, at: f64, point: DVec3, forward: DVec3) -> Option<(LaneReading, f64)> {
         let at = foot(route, at, point);

@@ -48,7 +48,7 @@ mod turns;
 pub mod types;
 
 pub use components::{
-    Controls, Headlights, Indicator, LaneChange, ManualControl, Motion, NextVehicleNumber, OnRoute, RouteId, Stalled,
-    Vehicle, VehicleNumber, VehicleTypeId, Wanted,
+    Controls, FASTEST, Headlights, Indicator, LaneChange, ManualControl, Motion, NextVehicleNumber, OnRoute, RouteId,
+    Stalled, Vehicle, VehicleNumber, VehicleTypeId, Wanted,
 };
 pub use types::{VehicleType, VehicleTypes};

@@ -6,8 +6,8 @@ use crate::scene::format::{Along, Entity, Route, Shape, Signal, Stop, Vehicle};
 use crate::scene::places::Step;
 use glam::DVec3;
 use std::fmt::Display;
-use systems::vehicles::route_line;
 use systems::vehicles::routes::RoutePlan;
+use systems::vehicles::{FASTEST, route_line};
 
 /// Metres: longer routes are refused.
 const LONGEST: f64 = 1e5;
@@ -25,7 +25,8 @@ const LONGEST_VEHICLE: f32 = 1000.0;
 const FARTHEST_CLEAR: f32 = 200.0;
 /// Seconds.
 const LONGEST_WAIT: f32 = 1e5;
-const FASTEST_KMH: f32 = 2000.0;
+/// As fast as anything may be, km/h.
+const FASTEST_KMH: f32 = (FASTEST * 3.6) as f32;
 
 impl<'a> Check<'a> {
     pub(super) fn roads(&mut self) {
