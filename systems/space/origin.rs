@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 /// Metres on each axis from the origin within which places are precise: in 32 bits they are less than 2 mm apart there.
 pub const PRECISE: f64 = 20_000.0;
 
+/// Metres on each axis beyond which nothing that a file places may be: arithmetic with places stays finite within it.
+pub const FARTHEST: f64 = 1e7;
+
 /// `file_from_world`, which is a translation only: where the world's zero is in the coordinates of the scene's file.
 /// State: recordings and snapshots have their places from it. Metres.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
