@@ -17,6 +17,18 @@ const WIDTH: usize = 4;
 const LEAF: u32 = 1 << 31;
 /// A direction's component counts as this at least, that its inverse be finite.
 const LEAST_COMPONENT: f32 = 1e-25;
+/// Metres, or inner units: sides of boxes count as this at most. The areas of such boxes, and their sums over any tree,
+/// are finite, as what compares them needs it.
+pub const LARGEST: f32 = 1e15;
+
+/// A box within [`LARGEST`]; what is no number is without end.
+pub fn bounded(aabb: Aabb) -> Aabb {
+    let side = |side: Vec3A, without_end: f32| {
+        let side = Vec3A::select(side.is_nan_mask(), Vec3A::splat(without_end), side);
+        side.clamp(Vec3A::splat(-LARGEST), Vec3A::splat(LARGEST))
+    };
+    Aabb::new(side(aabb.min, -LARGEST), side(aabb.max, LARGEST))
+}
 
 /// Boxes in a tree.
 #[derive(Default)]
@@ -31,11 +43,14 @@ pub struct BoxTree {
 struct Node {
     /// Of its children's boxes the low sides by axis, and the high sides.
     sides: [[Vec4; 3]; 2],
+    /// Behind it in the tree: a search comes to each node once at most, whatever the boxes and the ray are.
     children: [u32; WIDTH],
+    /// A bit for each child that there is.
+    filled: u32,
 }
 
 impl Node {
-    const EMPTY: Self = Self { sides: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]], children: [0; WIDTH] };
+    const EMPTY: Self = Self { sides: [[Vec4::ZERO; 3]; 2], children: [0; WIDTH], filled: 0 };
 }
 
 /// The parts of trees that a search has still to look at; searches may be nested. Made once for many searches.
@@ -86,7 +101,7 @@ impl BoxRay {
         let first = side(0, 0).max(side(1, 0)).max(side(2, 0).max(Vec4::ZERO));
         let end = side(0, 1).min(side(1, 1)).min(side(2, 1).min(Vec4::splat(far)));
         *near = first.to_array();
-        first.cmple(end).bitmask()
+        first.cmple(end).bitmask() & node.filled
     }
 }
 
@@ -111,9 +126,9 @@ impl Boundable for Bounded {
 }
 
 impl BoxTree {
-    /// Over boxes of finite size. Up to `group` of them make a leaf.
+    /// Over boxes, which are [bounded]. Up to `group` of them make a leaf.
     pub fn new(boxes: impl Iterator<Item = Aabb>, group: usize, quality: Quality) -> Self {
-        let boxes: Vec<Bounded> = boxes.map(Bounded).collect();
+        let boxes: Vec<Bounded> = boxes.map(|aabb| Bounded(bounded(aabb))).collect();
         if boxes.is_empty() {
             return Self::default();
         }
@@ -163,6 +178,7 @@ impl BoxTree {
                     (node.sides[0][axis][i], node.sides[1][axis][i]) = (aabb.min[axis], aabb.max[axis]);
                 }
                 node.children[i] = number;
+                node.filled |= 1 << i;
             }
         }
         tree

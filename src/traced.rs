@@ -13,6 +13,7 @@
 //! The rasteriser moves vertices by a fraction of a pixel, so at outlines a pixel may show an object that the ray
 //! through its centre passes by. Rays through the corners of a square of that fraction look for it then.
 
+use crate::box_tree;
 use crate::renderer::{TracedRow, TracedShadows};
 use bevy_ecs::entity::EntityIndex;
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A, Vec4Swizzles};
@@ -91,7 +92,7 @@ impl Boundable for PlacedTriangle {
     fn aabb(&self) -> Aabb {
         let aabb = Aabb::from_points(&self.corners.map(|corner| corner.as_vec3a()));
         let room = Vec3A::splat(BOX_ROOM + (ROUNDING * self.reach()) as f32);
-        Aabb::new(aabb.min - room, aabb.max + room)
+        box_tree::bounded(Aabb::new(aabb.min - room, aabb.max + room))
     }
 }
 

@@ -13,11 +13,12 @@ use super::faults::{Fault, Trail, unknown};
 use super::files::{self, Files};
 use super::format::{Camera, Entity, Generator, Grid, Lights, MeshSource, Place, Region, Scatter, Scene, Transform};
 use super::places::Step;
+use super::spawn;
 use super::values::{Color, Named, Scale};
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use std::fmt::Display;
 use systems::lights::LightPolicy;
-pub use systems::space::{FARTHEST, LARGEST};
+use systems::space::{FARTHEST, LARGEST};
 
 /// Metres; also factors of scale.
 pub const SIZES: (f32, f32) = (1e-5, LARGEST as f32);
@@ -51,6 +52,8 @@ pub struct Check<'a> {
     #[cfg(feature = "vehicles")]
     route_lengths: Vec<Option<f64>>,
     at: Trail,
+    /// Of the entity that is looked at, from the transforms above it.
+    place: Affine3A,
     /// Names of meshes, materials and classes are not known: they are those of whatever scene takes what is checked.
     pub is_of_any_scene: bool,
     pub faults: Vec<Fault>,
@@ -64,6 +67,7 @@ impl<'a> Check<'a> {
             #[cfg(feature = "vehicles")]
             route_lengths: scene.routes.entries().iter().map(|(_, route)| roads::driven_length(route)).collect(),
             at: Trail::default(),
+            place: Affine3A::IDENTITY,
             is_of_any_scene: false,
             faults: Vec::new(),
         }
@@ -236,6 +240,8 @@ impl<'a> Check<'a> {
             self.field("node", |c| c.fault("only allowed for entities in `attach`"));
         }
         self.field("transform", |c| c.transform(&e.transform));
+        let above = self.place;
+        self.nested_place(e);
         let meshes: Vec<&str> = e.mesh.iter().chain(alternatives).map(String::as_str).collect();
         if let Some(mesh) = &e.mesh {
             self.field("mesh", |c| c.known_mesh(mesh));
@@ -308,7 +314,31 @@ impl<'a> Check<'a> {
         self.each("children", &e.children, |c, child| {
             entities = entities.saturating_add(c.entity(child, &[], false));
         });
+        self.place = above;
         entities.saturating_add(self.mounted_on(e))
+    }
+
+    /// What the transforms above an entity make of its own: each of them may be sound, and all together not. What is
+    /// attached counts as if its node were at the model's origin.
+    fn nested_place(&mut self, e: &Entity) {
+        let is_nested = self.place != Affine3A::IDENTITY;
+        self.place *= spawn::transform(&e.transform).compute_affine();
+        if !is_nested {
+            return;
+        }
+        let place = self.place.translation.as_dvec3();
+        let columns = [self.place.matrix3.x_axis, self.place.matrix3.y_axis, self.place.matrix3.z_axis];
+        let scale = columns.map(|axis| axis.abs().max_element()).into_iter().fold(0.0, f32::max);
+        let message = if !place.abs().cmple(DVec3::splat(FARTHEST)).all() {
+            format!("expected a place within {FARTHEST} m, found {place} with the transforms above it")
+        } else if !(scale <= SIZES.1) {
+            format!("expected scales of at most {} together, found {scale} with the transforms above it", SIZES.1)
+        } else {
+            return;
+        };
+        self.field("transform", |c| c.fault(message));
+        // What is below is as far away for the same reason.
+        self.place = Affine3A::IDENTITY;
     }
 
     fn no_shadow(&mut self, e: &Entity, has_no_mesh: bool) {

@@ -1,10 +1,11 @@
 //! Lights of scene files: how they are written, what is wrong with them, and what they become.
 
-use super::check::{BRIGHTEST, Check, FARTHEST};
+use super::check::{BRIGHTEST, Check};
 use super::values::{Attenuation, Color};
 use glam::Vec3;
 use serde::Deserialize;
 use systems::lights::{self, LightKind};
+use systems::space::FARTHEST;
 
 #[derive(Deserialize, Debug)]
 #[serde(rename_all = "snake_case")]

@@ -2,7 +2,7 @@
 
 use super::ray_meshes::{RayMaterial, RayMesh};
 use super::rays::Meeting;
-use crate::box_tree::{BoxTree, Open, Quality};
+use crate::box_tree::{BoxTree, LARGEST, Open, Quality};
 use crate::triangle_tree::{INNER_SIZE, TreeRay};
 use glam::{DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -112,7 +112,7 @@ pub(super) struct Bounds {
 }
 
 impl Placed {
-    /// `None` where it has no extent, or its mesh no tree.
+    /// `None` where it has no extent, or its mesh no tree, or it reaches beyond [`LARGEST`].
     pub fn new(mesh: Arc<RayMesh>, material: Arc<RayMaterial>, drawn: &Drawn, bounds: &Bounds) -> Option<Self> {
         let inner_from_metres = f64::from(mesh.tree.as_ref()?.inner_from_metres());
         let &Bounds { middle, half } = bounds;
@@ -124,7 +124,10 @@ impl Placed {
         let largest = (0..3).map(|i| world_from_object.col(i).length_squared()).sum::<f64>().sqrt()
             * f64::from(INNER_SIZE)
             * object_from_inner;
-        (inner_per_metre.is_normal() && middle.as_vec3().is_finite() && (largest as f32).is_finite()).then(|| Self {
+        // Not by their largest, which passes over what is no number.
+        let is_bounded = |size: DVec3| size.abs().cmple(DVec3::splat(LARGEST.into())).all();
+        let fits = is_bounded(middle) && is_bounded(half) && largest <= f64::from(LARGEST);
+        (inner_per_metre.is_normal() && fits).then(|| Self {
             inner_middle: Vec3A::from(mesh.aabb.center()) * inner_from_metres as f32,
             inner_from_world: Mat3A::from(inner_from_world.as_mat3()),
             inner_per_metre,

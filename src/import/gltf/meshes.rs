@@ -13,9 +13,13 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use systems::assets::Mesh;
+use systems::space::FARTHEST;
 
 /// How far a normal's length may be from 1: what the reference validator allows.
 const UNIT_TOLERANCE: f32 = 0.00674;
+/// Of a vertex, in whatever unit its mesh has: micrometres at the least, as far as anything may be ([`FARTHEST`]). Squares
+/// and products of such lengths are finite.
+const LARGEST: f32 = 1e6 * FARTHEST as f32;
 /// Memory of a vertex and of a triangle while it is made, for the file's budget.
 const VERTEX_BYTES: usize = 80;
 const TRIANGLE_BYTES: usize = 24;
@@ -107,6 +111,11 @@ impl Primitive<'_> {
         self.skin(pose, &used, &mut posed, report)?;
         if let Some(i) = posed.positions.iter().position(|p| !p.is_finite()) {
             let message = format!("element {} is not finite in its rest pose", used[i]);
+            return Err(Fault::invalid(format!("{}.attributes.POSITION", self.place), message));
+        }
+        if let Some(i) = posed.positions.iter().position(|p| p.abs().max_element() > LARGEST) {
+            let (vertex, place) = (used[i], posed.positions[i]);
+            let message = format!("vertex {vertex} is at {place}: expected at most {LARGEST:.0e} on each axis");
             return Err(Fault::invalid(format!("{}.attributes.POSITION", self.place), message));
         }
         (mesh.positions, mesh.normals, mesh.tangents) = (posed.positions, posed.normals, posed.tangents);

@@ -1,11 +1,12 @@
 //! Routes, signals, and what refers to them.
 
-use super::{Check, FARTHEST, SIZES};
+use super::{Check, SIZES};
 use crate::scene::faults::unknown;
 use crate::scene::format::{Along, Entity, Route, Shape, Signal, Stop, Vehicle};
 use crate::scene::places::Step;
 use glam::DVec3;
 use std::fmt::Display;
+use systems::space::FARTHEST;
 use systems::vehicles::routes::RoutePlan;
 use systems::vehicles::{FASTEST, route_line};
 
