@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let make = |seed| (WorldSensors::default(), template.instantiate(Some(seed)).0);
     let mut making = Spent::default();
     let mut worlds: Vec<(WorldSensors, Simulation)> = making.measure(|| seeds.map(make).collect());
-    let mut drawing = Drawing::of_many(&gpu);
+    let mut drawing = Drawing::of_many(Some(&gpu));
     for round in 0..=args.rounds {
         let (mut stepping, mut capturing, mut count) = (Spent::default(), Spent::default(), 0.0);
         while stepping.wall + capturing.wall < Duration::from_secs_f64(if round == 0 { 1.0 } else { args.seconds }) {

@@ -112,7 +112,7 @@ fn worlds_that_are_captured_together_give_what_they_give_alone() {
     let (_folder, template) = template();
     let mut worlds: Vec<Simulation> = [-2.0, 0.0, 2.0].map(|x| world_with(&template, x)).into();
     let mut alone = worlds_alone(&gpu, &mut worlds);
-    let mut drawing = Drawing::of_many(&gpu);
+    let mut drawing = Drawing::of_many(Some(&gpu));
     let mut sensors: Vec<WorldSensors> = worlds.iter().map(|_| WorldSensors::default()).collect();
     let all = |_: &str| true;
     for round in 0..3 {

@@ -114,7 +114,7 @@ fn worlds_that_are_captured_together_look_as_each_does_alone() {
         let made = |seed| if of_one_library { world(&shared, seed) } else { world(&stock(), seed) };
         let mut worlds: Vec<World> = (0..3).map(made).collect();
         assert!(expected(&gpu, &mut worlds[0]) != expected(&gpu, &mut worlds[1]), "the worlds differ");
-        let mut drawing = Drawing::of_many(&gpu);
+        let mut drawing = Drawing::of_many(Some(&gpu));
         // In another order, and fewer of them: a layer may have been another world's.
         for order in [vec![0, 1, 2], vec![2, 0, 1], vec![1], vec![0, 1, 2]] {
             for world in &mut worlds {
@@ -135,7 +135,7 @@ fn captures_of_some_sensors_together_are_those_of_these_sensors() {
     let Some(gpu) = common::gpu() else { return };
     let mut worlds = [world(&stock(), 0), world(&stock(), 1)];
     let expected: Vec<Capture> = worlds.iter_mut().map(|world| expected(&gpu, world)).collect();
-    let mut drawing = Drawing::of_many(&gpu);
+    let mut drawing = Drawing::of_many(Some(&gpu));
     let captures = together(&mut drawing, worlds.iter_mut(), &|name| name != "left");
     for (capture, expected) in captures.iter().zip(&expected) {
         assert_eq!(capture.sensors.len(), 2);
@@ -149,7 +149,7 @@ fn what_one_world_changes_in_its_library_others_do_not_see() {
     let Some(gpu) = common::gpu() else { return };
     let stock = stock();
     let mut worlds = [world(&stock, 0), world(&stock, 0)];
-    let mut drawing = Drawing::of_many(&gpu);
+    let mut drawing = Drawing::of_many(Some(&gpu));
     let before = together(&mut drawing, worlds.iter_mut(), &|_| true);
     assert!(before[0] == before[1], "the same world twice");
     // The second, the first, both: a mesh and an image.
@@ -172,7 +172,7 @@ fn what_a_forgotten_world_had_changed_is_not_taken_for_what_it_shared() {
     let Some(gpu) = common::gpu() else { return };
     let stock = stock();
     let mut worlds = [world(&stock, 0), world(&stock, 0)];
-    let mut drawing = Drawing::of_many(&gpu);
+    let mut drawing = Drawing::of_many(Some(&gpu));
     let before = together(&mut drawing, worlds.iter_mut(), &|_| true);
     let [first, second] = &mut worlds;
     let mut library = second.simulation.world.resource_mut::<Library>();
@@ -207,4 +207,32 @@ fn what_worlds_share_is_uploaded_once() {
     assert_eq!(uploaded(second), (0, instances));
     // What rests is kept.
     assert_eq!((uploaded(first), uploaded(second)), ((0, 0), (0, 0)));
+    // Materials are each world's own, as those that a scene makes for the lamps of its signals.
+    let mut third = world(&stock, 0);
+    paint(&mut third);
+    assert_eq!(uploaded(&mut third), (0, instances));
+}
+
+/// Another material, and another colour of one.
+fn paint(world: &mut World) {
+    let mut library = world.simulation.world.resource_mut::<Library>();
+    library.add_material(Material { base_factor: Vec4::ONE, ..Material::default() });
+    let mapped = library.materials().find(|(_, material)| material.base_map.is_some()).map(|(id, _)| id);
+    assert!(library.edit_material(mapped.expect("a mapped one"), |own| own.emissive_factor = Vec3::new(0.3, 0.0, 0.1)));
+}
+
+#[test]
+fn a_world_that_changes_its_materials_looks_as_it_does_alone() {
+    let Some(gpu) = common::gpu() else { return };
+    let stock = stock();
+    let mut worlds = [world(&stock, 0), world(&stock, 0)];
+    let mut drawing = Drawing::of_many(Some(&gpu));
+    let before = together(&mut drawing, worlds.iter_mut(), &|_| true);
+    for which in [1, 0] {
+        paint(&mut worlds[which]);
+        let expected: Vec<Capture> = worlds.iter_mut().map(|world| expected(&gpu, world)).collect();
+        let seen = together(&mut drawing, worlds.iter_mut(), &|_| true);
+        assert!(seen == expected, "world {which}");
+        assert!(seen[which] != before[which], "world {which} is seen to change");
+    }
 }

@@ -1,7 +1,7 @@
 //! The graphics device of this process, which all worlds share, and whether this still is the process that began.
 
 use crate::errors::{Failure, Outcome};
-use relief::renderer::{Gpu, RenderError};
+use relief::renderer::RenderError;
 use relief::sensors::Drawing;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -21,16 +21,12 @@ fn drawing() -> MutexGuard<'static, Option<Drawing>> {
     DRAWING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does something with what draws. The device is opened when it is first asked for, and again after it was lost. Locks
-/// of worlds are taken before.
+/// Does something with what draws. The device is opened when a view is first drawn, and again after it was lost: what
+/// needs no picture needs none. Locks of worlds are taken before.
 pub fn with_drawing<T>(work: impl FnOnce(&mut Drawing) -> Result<T, RenderError>) -> Outcome<T> {
     check_process()?;
     let mut drawing = drawing();
-    let open = match drawing.as_mut() {
-        Some(open) => open,
-        None => drawing.insert(Drawing::of_many(&Gpu::headless()?)),
-    };
-    work(open).map_err(|error| {
+    work(drawing.get_or_insert_with(|| Drawing::of_many(None))).map_err(|error| {
         if error.is_of_device() {
             *drawing = None;
         }

@@ -192,7 +192,7 @@ pub fn replay(py: Python<'_>, recording: &Bound<'_, PyAny>, scene: Given<'_, '_>
 /// GpuError, ForkedError.
 #[pyfunction]
 pub fn adapter(py: Python<'_>) -> PyResult<String> {
-    Ok(py.detach(|| device::with_drawing(|drawing| Ok(drawing.gpu().name())))?)
+    Ok(py.detach(|| device::with_drawing(|drawing| Ok(drawing.open()?.name())))?)
 }
 
 /// How many threads the steps of worlds are shared out over: 1 to 1024, set before the first world. Raises ValueError

@@ -228,3 +228,35 @@ def test_threads_are_set_before_worlds():
     assert done.returncode == 1
     last = "ValueError: threads: expected to be set before the first world; they are 3 in this process"
     assert done.stderr.strip().endswith(last), done.stderr
+
+
+def test_sensors_that_need_no_picture_need_no_adapter():
+    """In a process in which Vulkan's loader finds no driver."""
+    program = """
+        import relief
+        sim = relief.Sim()
+        car = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+        sim.spawn_vehicle("van", at=(0, 0, 12))
+        car.add_imu("imu")
+        car.add_lidar("top", at=(0, 2.2, 0), every=6)
+        car.add_collision("bumper")
+        other = sim.fork()
+        for _ in range(6):
+            sim.step()
+            got = sim.capture()
+        assert got["imu"].valid and got["top"].hit.any() and got["top"].intensity.max() > 0, got
+        relief.step([sim, other], 6)
+        assert [len(capture) for capture in relief.capture_due([sim, other])] == [3, 3]
+        car.add_camera("front", size=(8, 8))
+        for draw in (lambda: sim.look("front"), relief.adapter):
+            try:
+                draw()
+            except relief.errors.GpuError as error:
+                assert "no graphics adapter" in str(error), error
+            else:
+                raise SystemExit("a picture without an adapter")
+    """
+    environment = {**os.environ, "VK_DRIVER_FILES": "/nonexistent"}
+    run = [sys.executable, "-c", textwrap.dedent(program)]
+    done = subprocess.run(run, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr

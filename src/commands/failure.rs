@@ -101,7 +101,7 @@ impl From<ShardError> for Failure {
 impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
         let code = match &error {
-            BenchError::Gpu(_) => NO_ADAPTER,
+            BenchError::Gpu(_) | BenchError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
             BenchError::SeparateProcess { code, .. } => *code,
             BenchError::Render(RenderError::Lost { .. }) | BenchError::Plot { .. } => OTHER,
             BenchError::Grid(_) | BenchError::Scene(_) | BenchError::Render(_) | BenchError::Compare { .. } => {
@@ -153,6 +153,7 @@ fn of_render(error: &RenderError) -> String {
 
 fn code_of_frame(error: &FrameError) -> u8 {
     match error {
+        FrameError::Gpu(_) | FrameError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
         FrameError::Render(RenderError::Lost { .. }) => OTHER,
         FrameError::Scene(_)
         | FrameError::NoCamera { .. }
@@ -172,7 +173,6 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::NoFrames { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
         | FrameError::Recording(RecordingError::Refused { .. }) => BAD_INPUT,
-        FrameError::Gpu(_) => NO_ADAPTER,
         FrameError::Output(error)
         | FrameError::Video(VideoError::Output(error))
         | FrameError::Recording(RecordingError::Output(error)) => code_of_output(error),

@@ -1,8 +1,13 @@
 //! What stops a renderer: a scene or a picture that the device cannot hold, or a device that is lost.
 
+use super::gpu::GpuError;
+
 /// Why nothing is drawn.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum RenderError {
+    /// There is no device to draw with, when one was to be opened.
+    #[error(transparent)]
+    NoGpu(#[from] GpuError),
     /// The device is gone: its driver was reset or replaced, it was unplugged, or it hung.
     #[error("the graphics device was lost: {reason}")]
     Lost {

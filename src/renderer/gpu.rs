@@ -5,7 +5,7 @@ use super::faults::{self, Faults};
 use std::fmt::Write;
 
 /// No adapter, or none that gives a device. The binary exits with 3 on it.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum GpuError {
     /// No adapter at all.
     #[error(

@@ -15,7 +15,7 @@ use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::collections::BTreeMap;
 use systems::sensors::{CameraSensor, Lens};
 
-/// Pixels between outlines of things that share a picture: levels of detail stand out by less than one.
+/// Pixels between outlines of things that share a picture, so that none is drawn over another.
 const GAP: f64 = 2.0;
 
 /// A thing in a picture. Of pixel (u, v), boxes cover [u, u + 1] and [v, v + 1]: the picture is from (0, 0) to (W, H).

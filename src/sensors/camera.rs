@@ -13,6 +13,7 @@ use glam::{Affine3A, DAffine3, DVec3, Mat3, Vec3};
 use half::f16;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use systems::assets::levels::LevelOfDetail;
 use systems::draw::{Environment, Intrinsics, View};
 use systems::sensors::philox::Noise;
 use systems::sensors::{CameraOutput, CameraOutputs, CameraSensor, Lens};
@@ -86,7 +87,10 @@ impl CameraPlan {
             normal: sensor.outputs.has(Normal),
             id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic, Boxes, Flow, FlowBack]),
         };
-        let settings = Settings { samples: sensor.samples, outputs, few_on_cpu: true, ..*settings }.for_files();
+        // What is measured is of the meshes themselves, as rays meet them; levels of detail are for the eye.
+        let measures = outputs.depth || outputs.normal || outputs.id;
+        let levels = if measures { LevelOfDetail::OFF } else { settings.levels };
+        let settings = Settings { samples: sensor.samples, outputs, levels, few_on_cpu: true, ..*settings }.for_files();
         Self { whole: ViewPlan { view, settings }, map }
     }
 

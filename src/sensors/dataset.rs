@@ -118,12 +118,14 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     let stage = load_stage(&job.scene, None, &load);
     let suite = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
-    let mut suite = suite?;
     stage.check_outputs(|path| job.writes(path))?;
     let chosen = choose(job, &mut stage.simulation.world)?;
     for warning in numbers::warnings(&mut stage.simulation.world, &chosen, &job.formats) {
         tracing::warn!("{warning}");
     }
+    let draws = chosen.values().any(|sensor| matches!(sensor.kind, SensorKind::Camera(_)));
+    // What needs no picture needs no adapter.
+    let mut suite = if draws { suite? } else { SensorSuite::default() };
     let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
     let frames = run.frames.clone();
     output::make_folder(&job.folder)?;

@@ -11,8 +11,11 @@ use systems::Simulation;
 use systems::ecs::parallel::map_in_parallel;
 
 /// A renderer, and what views keep from capture to capture.
+#[derive(Default)]
 pub struct Drawing {
-    renderer: Renderer,
+    /// `None`: no view was drawn yet.
+    renderer: Option<Renderer>,
+    keeps_worlds: bool,
     batches: ViewBatches,
 }
 
@@ -28,29 +31,52 @@ pub enum Wanted<'a> {
 pub type Captured<'a> = (&'a mut Simulation, &'a mut WorldSensors, Wanted<'a>);
 
 impl Drawing {
-    /// For one world after the other: what is uploaded of one is thrown away when another one is drawn.
+    /// For one world after the other: what is uploaded of one is thrown away when another one is drawn. Without a
+    /// device, as by default, one is opened when a view is first drawn: sensors that need no picture need no adapter.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { renderer: Renderer::new(gpu), batches: ViewBatches::default() }
+        Self { renderer: Some(Renderer::new(gpu)), ..Self::default() }
     }
 
     /// For several worlds. What is uploaded of each stays until it is [forgotten](Self::forget); worlds of one
-    /// [template](crate::scene::Template) share meshes and textures.
-    pub fn of_many(gpu: &Gpu) -> Self {
-        let mut drawing = Self::new(gpu);
+    /// [template](crate::scene::Template) share meshes and textures. `None`: as [`Self::new`] says.
+    pub fn of_many(gpu: Option<&Gpu>) -> Self {
         // Pictures of all worlds at once are freed and made anew in each capture.
         keep_freed_memory();
-        drawing.renderer.keep_worlds();
-        drawing
+        let mut renderer = gpu.map(Renderer::new);
+        renderer.iter_mut().for_each(Renderer::keep_worlds);
+        Self { renderer, keeps_worlds: true, ..Self::default() }
     }
 
-    /// The device it draws with.
-    pub fn gpu(&self) -> &Gpu {
-        self.renderer.gpu()
+    /// The device it draws with, once it has one.
+    pub fn gpu(&self) -> Option<&Gpu> {
+        self.renderer.as_ref().map(Renderer::gpu)
+    }
+
+    /// The device it draws with, which is opened where it has none yet.
+    ///
+    /// # Errors
+    /// [`RenderError`]: no adapter, or none that will do.
+    pub fn open(&mut self) -> Result<&Gpu, RenderError> {
+        Ok(self.renderer()?.0.gpu())
+    }
+
+    fn renderer(&mut self) -> Result<(&mut Renderer, &mut ViewBatches), RenderError> {
+        let renderer = match &mut self.renderer {
+            Some(renderer) => renderer,
+            none => {
+                let renderer = none.insert(Renderer::new(&Gpu::headless()?));
+                if self.keeps_worlds {
+                    renderer.keep_worlds();
+                }
+                renderer
+            }
+        };
+        Ok((renderer, &mut self.batches))
     }
 
     /// Gives up what is uploaded of a world, by [`DrawList::world`](systems::draw::DrawList::world).
     pub fn forget(&mut self, world: u64) {
-        self.renderer.forget_world(world);
+        self.renderer.iter_mut().for_each(|renderer| renderer.forget_world(world));
     }
 
     /// Captures sensors of several worlds, with the views of all cameras in one submission, as far as they agree in
@@ -71,9 +97,12 @@ impl Drawing {
         let views: Vec<Vec<ViewPlan>> = planned.iter().map(Planned::all_views).collect();
         let drawn = match (&views[..], &mut *worlds) {
             ([views], [(simulation, ..)]) => vec![self.draw(simulation, views)?],
-            (views, worlds) => self.renderer.draw_worlds(&mut self.batches, views, &mut |world, read| {
-                worlds[world].0.with_frame(|frame| read(frame))
-            })?,
+            (views, _) if views.iter().all(Vec::is_empty) => vec![Vec::new(); views.len()],
+            (views, worlds) => {
+                let (renderer, batches) = self.renderer()?;
+                renderer
+                    .draw_worlds(batches, views, &mut |world, read| worlds[world].0.with_frame(|frame| read(frame)))?
+            }
         };
         let parts: Vec<_> = worlds.iter_mut().zip(planned.into_iter().zip(drawn)).collect();
         let measured = map_in_parallel(parts.into_iter(), |((simulation, sensors, _), (planned, drawn))| {
@@ -99,7 +128,7 @@ impl Drawing {
     }
 
     fn draw(&mut self, simulation: &mut Simulation, views: &[ViewPlan]) -> Result<Vec<Outputs>, RenderError> {
-        simulation.with_frame(|frame| self.renderer.draw_views(frame, &mut self.batches, views))
+        self.draw_alone(simulation, (views, &[]))
     }
 
     /// [`Renderer::draw_alone`].
@@ -111,6 +140,10 @@ impl Drawing {
         simulation: &mut Simulation,
         views: (&[ViewPlan], &[Arc<SlotSet>]),
     ) -> Result<Vec<Outputs>, RenderError> {
-        simulation.with_frame(|frame| self.renderer.draw_alone(frame, &mut self.batches, views))
+        if views.0.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (renderer, batches) = self.renderer()?;
+        simulation.with_frame(|frame| renderer.draw_alone(frame, batches, views))
     }
 }

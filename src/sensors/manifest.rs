@@ -12,11 +12,11 @@ use systems::run::state_hash;
 /// What is in the file.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) struct Manifest {
-    /// What drew.
-    adapter: String,
+    /// What drew; `None`: nothing was drawn.
+    adapter: Option<String>,
     /// BLAKE3 of each file, by its path in the folder.
     pub blake3: BTreeMap<String, String>,
-    driver: String,
+    driver: Option<String>,
     last_step: u64,
     /// Of the state after the last step.
     state_hash: String,
@@ -25,21 +25,21 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
-    /// Of files in a folder, captured with a device of a world as it is now.
+    /// Of files in a folder, captured of a world as it is now with a device, if anything was drawn.
     ///
     /// # Errors
     /// [`OutputError::Io`]: a file cannot be read back.
     pub fn of_files(
         folder: &Path,
         files: &BTreeSet<PathBuf>,
-        gpu: &Gpu,
+        gpu: Option<&Gpu>,
         world: &mut World,
     ) -> Result<Self, OutputError> {
-        let adapter = gpu.adapter.get_info();
+        let adapter = gpu.map(|gpu| gpu.adapter.get_info());
         Ok(Self {
             blake3: output::hashes_of(folder, files)?,
-            driver: format!("{} {}", adapter.driver, adapter.driver_info),
-            adapter: adapter.name,
+            driver: adapter.as_ref().map(|adapter| format!("{} {}", adapter.driver, adapter.driver_info)),
+            adapter: adapter.map(|adapter| adapter.name),
             last_step: world.resource::<Clock>().step,
             state_hash: state_hash::hash(world).to_string(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

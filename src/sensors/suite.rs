@@ -8,9 +8,12 @@ use crate::renderer::{Gpu, RenderError, Settings};
 use bevy_ecs::prelude::*;
 use systems::Simulation;
 
-/// What it takes to capture the sensors of a world: what draws, and what is kept from capture to capture.
+/// What it takes to capture the sensors of a world: what draws, and what is kept from capture to capture. By default it
+/// has no device, and opens one when a camera is first drawn.
+#[derive(Default)]
 pub struct SensorSuite {
-    /// How cameras draw, but for what a sensor says itself: samples and outputs.
+    /// How cameras draw, but for what a sensor says itself: samples and outputs. Levels of detail are those of cameras
+    /// of colours alone; others draw every mesh as it is.
     pub settings: Settings,
     drawing: Drawing,
     own: WorldSensors,
@@ -19,7 +22,7 @@ pub struct SensorSuite {
 impl SensorSuite {
     /// For the worlds that are captured with a device.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { settings: Settings::default(), drawing: Drawing::new(gpu), own: WorldSensors::default() }
+        Self { drawing: Drawing::new(gpu), ..Self::default() }
     }
 
     /// Captures all sensors that are due after the clock's step. Brings the world's draw list up to date.
@@ -78,8 +81,8 @@ impl SensorSuite {
         self.own.ray_warnings()
     }
 
-    /// The device it draws with.
-    pub fn gpu(&self) -> &Gpu {
+    /// The device it draws with, once it has one.
+    pub fn gpu(&self) -> Option<&Gpu> {
         self.drawing.gpu()
     }
 }

@@ -36,8 +36,8 @@ pub struct Library {
     contents: Contents,
 }
 
-/// Which meshes, materials and images a library has: as long as a library and its clones are not changed these are
-/// equal, and they are no other's.
+/// Which meshes and images a library has: as long as those of a library and its clones are not changed these are equal,
+/// and they are no other's. Materials do not count: each world has records of its own of them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Contents(u64);
 
@@ -173,19 +173,16 @@ impl Library {
 
     /// Adds a material.
     pub fn add_material(&mut self, material: Material) -> MaterialId {
-        self.contents = Contents::new();
         self.materials.add(material)
     }
 
     /// Changes a material; what uses it is drawn anew from the next frame on. `false`: no such material.
     pub fn edit_material(&mut self, id: MaterialId, edit: impl FnOnce(&mut Material)) -> bool {
-        self.contents = Contents::new();
         self.materials.edit(id).map(edit).is_some()
     }
 
     /// Removes a material; what uses it has the default. The default itself stays: `None`, as for an id of none.
     pub fn remove_material(&mut self, id: MaterialId) -> Option<Material> {
-        self.contents = Contents::new();
         if id == MaterialId::DEFAULT { None } else { self.materials.remove(id) }
     }
 
@@ -223,7 +220,7 @@ impl Library {
         }
     }
 
-    /// Tells libraries apart by what is in them: worlds of equal ones can share what is made of it.
+    /// Tells libraries apart by their meshes and images: worlds of equal ones can share what is made of these.
     pub fn contents(&self) -> Contents {
         self.contents
     }

@@ -4,6 +4,7 @@ use super::common::{self, relief, scene_folder, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A car that drives round and round, with all of these sensors, and noise.
 const SCENE: &str = r#"(
@@ -90,6 +91,41 @@ fn others_read_the_files_and_the_log() {
     common::assert_fails(&relief(&refused, folder.path()), 2, &["sensor \"ego/lane\"", "lane"]);
     let refused = ["render", "scene.ron", "-o", "no", "--sensors", "ego/unit", "--format", "png,exr"];
     common::assert_fails(&relief(&refused, folder.path()), 2, &["sensor \"ego/unit\"", "imu"]);
+}
+
+#[test]
+fn sensors_that_need_no_picture_need_no_adapter() {
+    // A lidar sees a wall, whose texture it reads, and a camera is beside it.
+    let wall = "(name: \"wall\", mesh: \"post\", material: \"red\", transform: (scale: (6, 6, 6))),";
+    let scene = SCENE
+        .replace("routes:", "materials: { \"red\": (base_map: \"red.png\") }, routes:")
+        .replace("entities: [", &format!("entities: [ {wall}"))
+        .replace(
+            "children: [",
+            "children: [ (name: \"top\", sensor: lidar(hz: 60, columns: 180)), (name: \"eye\", sensor: camera()),",
+        );
+    let folder = scene_folder(&scene);
+    image::RgbImage::from_pixel(4, 4, image::Rgb([200, 10, 10])).save(folder.path().join("red.png")).expect("written");
+    let render = |sensors: &str, out: &str, drivers: Option<&str>| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+        command.args(["render", "scene.ron", "-o", out, "--sensors", sensors, "--format", "npy", "--frames", "5"]);
+        // Vulkan's loader finds no driver there.
+        drivers.iter().for_each(|file| _ = command.env("VK_DRIVER_FILES", file));
+        command.current_dir(folder.path()).output().expect("the binary runs")
+    };
+    let none = Some("/nonexistent");
+    let all = "ego/unit,ego/mast,ego/lane,ego/bumper,ego/top";
+    let output = render(all, "without", none);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let without = common::files(&folder.path().join("without"));
+    let points = Path::new("ego/top/points_00003.npy");
+    assert!(without.keys().any(|path| path.ends_with(points)), "{:?}", without.keys());
+    common::assert_fails(&render("ego/eye", "no", none), 3, &["no graphics adapter found"]);
+    assert!(!folder.path().join("no").exists(), "nothing is written");
+    if common::gpu().is_some() {
+        assert!(render(all, "with", None).status.success());
+        assert!(common::files(&folder.path().join("with")) == without, "the same bytes");
+    }
 }
 
 #[test]
