@@ -32,8 +32,8 @@
 //! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
-//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error`, `shadow_error` and `technique_error`).
-//! `physics` and `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
+//! rigid bodies), `window` (`app`), `tools` (`commands`, `bench`, `gallery`, `light_error`, `shadow_error` and
+//! `technique_error`). `physics` and `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 
@@ -44,6 +44,8 @@ pub mod app;
 pub mod bench;
 mod box_tree;
 pub mod check;
+#[cfg(feature = "tools")]
+pub mod commands;
 pub mod compare;
 pub mod demo;
 pub mod export;

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import errors
 from ._relief import (
+    __version__,
     CameraBatch,
     CameraCapture,
     Capture,
@@ -60,8 +61,13 @@ def make_vec(task: str | Task, num_envs: int = 1, **options: Any) -> DrivingVect
 
 
 def assets() -> pathlib.Path:
-    """The folder of what comes with the package: ``field.ron``, the vehicle types and rigs of sensors."""
+    """The folder of what comes with the package: ``field.ron``, the scenes of the notebooks, vehicle types and rigs of sensors."""
     return pathlib.Path(__file__).resolve().parent / "assets"
+
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 __all__ = [
@@ -90,6 +96,7 @@ __all__ = [
     "Sensor",
     "Sim",
     "Vehicle",
+    "__version__",
     "adapter",
     "assets",
     "capture",

@@ -109,7 +109,7 @@ impl Sim {
                 return Err(Failure::value("yaw: expected at beside it; a route says how a vehicle is turned"));
             }
             if is_placed && (speed, lane, along) != (0.0, 0, 0.0) {
-                return Err(Failure::value("speed, lane and along: expected a route beside them"));
+                return Err(Failure::value("speed, lane and along: expected a route beside them; without one a vehicle begins at rest"));
             }
             if !speed.is_finite() {
                 return Err(Failure::value(format!("speed: expected m/s, found {speed}")));

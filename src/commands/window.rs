@@ -1,16 +1,14 @@
-//! The window of `relief run` and `relief replay`.
+//! The window of `relief run` and `relief replay`; where there is none, a picture.
 
 use super::failure::Failure;
 use super::render::render;
 use super::view::{PictureArgs, ViewArgs};
-use relief::app::{self, AppError};
-use relief::frames::{self, FrameError, FrameJob, Frames, LoadOptions};
-use relief::recording::RunFiles;
+use crate::frames::{FrameJob, Frames};
+use crate::recording::RunFiles;
 use std::path::{Path, PathBuf};
-use systems::ecs::clock::Clock;
-use systems::lights::LightPolicies;
 
 /// What is shown in a window.
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "nothing is shown"))]
 pub struct WindowJob {
     pub scene: PathBuf,
     pub files: RunFiles,
@@ -26,7 +24,13 @@ pub struct WindowJob {
 }
 
 /// Shows it; without a display, renders a picture.
+#[cfg(feature = "window")]
 pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    use crate::app::{self, AppError};
+    use crate::frames::{self, FrameError, LoadOptions};
+    use systems::ecs::clock::Clock;
+    use systems::lights::LightPolicies;
+
     view.set_threads();
     let load = LoadOptions { seed: job.seed, ..view.load() };
     let mut stage = frames::load_stage(&job.scene, view.camera.as_deref(), &load)?;
@@ -56,16 +60,23 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     };
     match app::run(options) {
         Ok(()) => Ok(()),
-        Err(AppError::NoDisplay(reason)) => {
-            eprintln!("no window: {reason}\nrendering a picture instead");
-            let folder = Path::new("relief-frames");
-            let frames =
-                if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
-            let pictures = job.pictures.job(&job.scene, folder, view);
-            render(&FrameJob { frames, run: job.files.clone(), ..pictures })
-        }
+        Err(AppError::NoDisplay(reason)) => instead(&reason, job, view),
         Err(AppError::Gpu(error)) => Err(error.into()),
         Err(AppError::Render(error)) => Err(FrameError::from(error).into()),
         Err(AppError::Texels(error)) => Err(error.into()),
     }
+}
+
+/// Renders a picture.
+#[cfg(not(feature = "window"))]
+pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    instead("this build has none (feature `window`)", job, view)
+}
+
+/// Renders a picture, and says why no window is shown.
+fn instead(reason: &str, job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    eprintln!("no window: {reason}\nrendering a picture instead");
+    let frames = if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
+    let pictures = job.pictures.job(&job.scene, Path::new("relief-frames"), view);
+    render(&FrameJob { frames, run: job.files.clone(), ..pictures })
 }
