@@ -1,9 +1,13 @@
 //! Where the scenes and textures are that come with the program.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 const DEMO: &str = "assets/scenes/town.ron";
 const TECHNIQUES: &str = "assets/scenes/techniques.ron";
+
+/// The folder of an installed package: [`install_folder`].
+static PACKAGE: OnceLock<PathBuf> = OnceLock::new();
 
 /// The demo scene.
 pub fn scene_path() -> PathBuf {
@@ -15,12 +19,18 @@ pub fn techniques_path() -> PathBuf {
     shipped(TECHNIQUES)
 }
 
-/// A file that comes with the program: below the working directory, beside the binary or above it, or where the project
-/// was built.
+/// Has [`shipped`] look into the folder of an installed package, which its program does not lie in. The first one counts.
+pub fn install_folder(folder: PathBuf) {
+    _ = PACKAGE.set(folder);
+}
+
+/// A file that comes with the program: below the working directory, in the installed package, beside the binary or above
+/// it, or where the project was built.
 pub fn shipped(file: &str) -> PathBuf {
     let here = PathBuf::from(file);
     let beside = std::env::current_exe().ok();
     let above = beside.iter().flat_map(|exe| exe.ancestors().skip(1)).map(|folder| folder.join(file));
     let built = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    std::iter::once(here.clone()).chain(above).chain([built]).find(|path| path.exists()).unwrap_or(here)
+    let installed = PACKAGE.get().map(|folder| folder.join(file));
+    std::iter::once(here.clone()).chain(installed).chain(above).chain([built]).find(|path| path.exists()).unwrap_or(here)
 }

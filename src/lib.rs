@@ -33,7 +33,7 @@
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
 //! rigid bodies), `window` (`app`), `tools` (`bench`, `compare`, `gallery`, `light_error`, `maps`, `shadow_error` and
-//! `technique_error`), `cli` (the program `relief`). `physics`, `window` and `cli` bring `vehicles` with them.
+//! `technique_error`), `cli` (`commands`: the program `relief`). `physics`, `window` and `cli` bring `vehicles` with them.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 
@@ -44,6 +44,8 @@ pub mod app;
 pub mod bench;
 mod box_tree;
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod commands;
 #[cfg(feature = "tools")]
 pub mod compare;
 pub mod demo;

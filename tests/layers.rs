@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// What belongs to the program alone.
+/// The program, which alone has a command line.
 const PROGRAM: [&str; 2] = ["main.rs", "commands/"];
 
 /// The files below `src/` by their paths there, and their code.

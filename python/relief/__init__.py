@@ -27,6 +27,7 @@ if not any(name in os.environ for name in ("MESA_VK_DEVICE_SELECT", "DRI_PRIME")
 
 from . import errors
 from ._relief import (
+    __version__,
     CameraBatch,
     CameraCapture,
     Capture,
@@ -67,8 +68,13 @@ def make_vec(task: str | Task, num_envs: int = 1, **options: Any) -> DrivingVect
 
 
 def assets() -> pathlib.Path:
-    """The folder of what comes with the package: ``field.ron``, the vehicle types and rigs of sensors."""
+    """The folder of what comes with the package: ``field.ron``, the scenes of the notebooks, vehicle types and rigs of sensors."""
     return pathlib.Path(__file__).resolve().parent / "assets"
+
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 __all__ = [
@@ -97,6 +103,7 @@ __all__ = [
     "Sensor",
     "Sim",
     "Vehicle",
+    "__version__",
     "adapter",
     "assets",
     "capture",

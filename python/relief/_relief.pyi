@@ -6,7 +6,9 @@ from typing import Any, Dict, Iterator, List, Literal, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import disjoint_base
+from typing_extensions import Unpack, disjoint_base
+
+__version__: str
 
 __all__ = [
     "CameraBatch",
@@ -27,11 +29,13 @@ __all__ = [
     "Sensor",
     "Sim",
     "Vehicle",
+    "__version__",
     "adapter",
     "capture",
     "capture_due",
     "look",
     "replay",
+    "run_program",
     "set_threads",
     "step",
 ]
@@ -48,6 +52,20 @@ class _ClassInfo(TypedDict):
     is_thing: bool
     train_id: int
 
+class _GeoOrigin(TypedDict, total=False):
+    latitude_degrees: float
+    longitude_degrees: float
+    altitude: float
+    at: _Point
+
+class _GivenEnvironment(TypedDict, total=False):
+    ambient: _Color
+    zenith: _Color
+    horizon: _Color
+    ground: _Color
+    exposure: float
+    tone_map: Literal["clamp", "aces", "agx"]
+
 class _Environment(TypedDict):
     ambient: _Rgb
     zenith: _Rgb
@@ -55,6 +73,89 @@ class _Environment(TypedDict):
     ground: _Rgb
     exposure: float
     tone_map: Literal["clamp", "aces", "agx"]
+
+# Keywords of sensors.
+class _SensorArguments(TypedDict, total=False):
+    at: Optional[_Point]
+    yaw: Optional[float]
+    pitch: Optional[float]
+    roll: Optional[float]
+    look_at: Optional[_Point]
+    every: Optional[int]
+    phase: Optional[int]
+
+class _ImageNoise(TypedDict, total=False):
+    full_well: float
+    read: float
+    dark: float
+    gain: float
+    bits: int
+    black: int
+
+class _Metered(TypedDict, total=False):
+    key: float
+    stops: float
+
+class _CameraArguments(_SensorArguments, total=False):
+    size: Optional[Union[Tuple[int, int], Sequence[int], NDArray[Any]]]
+    near: Optional[float]
+    far: Optional[float]
+    samples: Optional[int]
+    outputs: Optional[Union[str, Sequence[str], NDArray[Any]]]
+    exposure: Optional[Union[float, Literal["scene", "metered"], Dict[Literal["metered"], _Metered]]]
+    noise: Optional[_ImageNoise]
+    K: Optional[ArrayLike]
+    fov_y_degrees: Optional[float]
+    fov_x_degrees: Optional[float]
+    half_height: Optional[float]
+    distortion: Optional[Union[Sequence[float], NDArray[Any]]]
+    fisheye: Optional[Union[Sequence[float], NDArray[Any]]]
+    largest_degrees: Optional[float]
+
+class _Beam(TypedDict, total=False):
+    elevation_degrees: float
+    azimuth_degrees: float
+    height: float
+    delay: float
+
+class _Grid(TypedDict):
+    rows: int
+    horizontal_degrees: float
+    vertical_degrees: float
+
+_Beams = Union[
+    Literal["vlp16", "hdl32", "hdl64", "os1_64", "os1_128"],
+    Dict[Literal["grid"], _Grid],
+    Dict[Literal["list"], Sequence[_Beam]],
+]
+
+class _LidarArguments(_SensorArguments, total=False):
+    beams: Optional[_Beams]
+    hz: Optional[float]
+    columns: Optional[int]
+    range: Optional[Union[Tuple[float, float], Sequence[float], NDArray[Any]]]
+    attenuation: Optional[float]
+    sweep: Optional[bool]
+    range_sigma: Optional[float]
+    drop_rate: Optional[float]
+    drop_below: Optional[float]
+
+class _ImuArguments(_SensorArguments, total=False):
+    accelerometer_density: Optional[float]
+    gyroscope_density: Optional[float]
+    accelerometer_bias: Optional[_Point]
+    gyroscope_bias: Optional[_Point]
+
+class _GnssArguments(_SensorArguments, total=False):
+    horizontal_sigma: Optional[float]
+    vertical_sigma: Optional[float]
+    velocity_sigma: Optional[float]
+
+class _CollisionArguments(_SensorArguments, total=False):
+    margin: Optional[float]
+
+class _LaneArguments(_SensorArguments, total=False):
+    reach: Optional[float]
 
 # "class" is a word of the language.
 _VehicleType = TypedDict(
@@ -83,7 +184,15 @@ _VehicleType = TypedDict(
 class Sim:
     """A world of a scene, and its run."""
 
-    def __new__(cls, scene: Optional[_Path] = None, *, seed: Optional[int] = None) -> Sim: ...
+    def __new__(
+        cls,
+        scene: Optional[_Path] = None,
+        *,
+        seed: Optional[int] = None,
+        step_seconds: Optional[float] = None,
+        geo_origin: Optional[_GeoOrigin] = None,
+        environment: Optional[_GivenEnvironment] = None,
+    ) -> Sim: ...
     def step(self, n: int = 1) -> int: ...
     def capture(self, *names: str) -> Capture: ...
     def look(self, *names: str) -> Capture: ...
@@ -122,10 +231,10 @@ class Sim:
         scale: Optional[_Point] = None,
         name: Optional[str] = None,
     ) -> Entity: ...
-    def add_camera(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_lidar(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_imu(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_gnss(self, name: str, **arguments: Any) -> Sensor: ...
+    def add_camera(self, name: str, **arguments: Unpack[_CameraArguments]) -> Sensor: ...
+    def add_lidar(self, name: str, **arguments: Unpack[_LidarArguments]) -> Sensor: ...
+    def add_imu(self, name: str, **arguments: Unpack[_ImuArguments]) -> Sensor: ...
+    def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
     def entity(self, id: int) -> Any: ...
     def set_signal(self, name: str, shows: Optional[Union[str, Sequence[str]]]) -> None: ...
     def vehicle_type(self, name: str) -> _VehicleType: ...
@@ -236,12 +345,12 @@ class Entity:
         roll: float = 0.0,
         look_at: Optional[_Point] = None,
     ) -> None: ...
-    def add_camera(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_lidar(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_imu(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_gnss(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_collision(self, name: str, **arguments: Any) -> Sensor: ...
-    def add_lane(self, name: str, **arguments: Any) -> Sensor: ...
+    def add_camera(self, name: str, **arguments: Unpack[_CameraArguments]) -> Sensor: ...
+    def add_lidar(self, name: str, **arguments: Unpack[_LidarArguments]) -> Sensor: ...
+    def add_imu(self, name: str, **arguments: Unpack[_ImuArguments]) -> Sensor: ...
+    def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
+    def add_collision(self, name: str, **arguments: Unpack[_CollisionArguments]) -> Sensor: ...
+    def add_lane(self, name: str, **arguments: Unpack[_LaneArguments]) -> Sensor: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> Any: ...
@@ -662,6 +771,7 @@ def adapter() -> str: ...
 def capture(sims: Sequence[Sim], sensor: str) -> CameraBatch: ...
 def capture_due(sims: Sequence[Sim]) -> List[Capture]: ...
 def look(sims: Sequence[Sim], sensor: str) -> CameraBatch: ...
+def run_program(command: Sequence[_Path], arguments: Sequence[_Path], package: _Path) -> int: ...
 def replay(recording: _Path, *, scene: Optional[_Path] = None) -> Sim: ...
 def set_threads(threads: int) -> None: ...
 def step(sims: Sequence[Sim], n: Union[int, Sequence[int], NDArray[Any]] = 1) -> List[int]: ...

@@ -13,7 +13,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from stable_baselines3.common import vec_env
+from .extras import missing
+
+try:
+    from stable_baselines3.common import vec_env
+except ImportError as error:
+    raise missing(error, "sb3") from None
 
 from .envs import Task, make_vec
 

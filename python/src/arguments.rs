@@ -219,22 +219,29 @@ pub fn finite(name: &str, number: f64) -> PyResult<f64> {
 /// Keyword arguments that are taken out one by one.
 pub struct Keywords<'a, 'py> {
     given: Option<&'a Bound<'py, PyDict>>,
-    known: Vec<&'static str>,
+    known: Vec<String>,
+    /// The argument that they are values of, with a colon; empty where they are those of a call.
+    of: String,
 }
 
 impl<'a, 'py> Keywords<'a, 'py> {
     pub fn new(given: Option<&'a Bound<'py, PyDict>>) -> Self {
-        Self { given, known: Vec::new() }
+        Self { given, known: Vec::new(), of: String::new() }
+    }
+
+    /// The values of an argument that is a dictionary.
+    pub fn of(name: &str, given: &'a Bound<'py, PyDict>) -> Self {
+        Self { of: format!("{name}: "), ..Self::new(Some(given)) }
     }
 
     /// As it was given.
-    pub fn get(&mut self, name: &'static str) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.known.push(name);
+    pub fn get(&mut self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.known.push(name.to_owned());
         let found = self.given.map(|given| given.get_item(name)).transpose()?.flatten();
         Ok(found.filter(|value| !value.is_none()))
     }
 
-    pub fn take<T: Argument>(&mut self, name: &'static str) -> PyResult<Option<T>> {
+    pub fn take<T: Argument>(&mut self, name: &str) -> PyResult<Option<T>> {
         self.get(name)?.map(|value| required(name, &value)).transpose()
     }
 
@@ -242,12 +249,13 @@ impl<'a, 'py> Keywords<'a, 'py> {
     pub fn finish(self) -> PyResult<()> {
         for name in self.given.into_iter().flat_map(|given| given.keys()) {
             let name: String = name.extract()?;
-            if !self.known.contains(&name.as_str()) {
-                let synonym = SYNONYMS.iter().find(|(other, own)| *other == name && self.known.contains(own));
-                let hint = synonym.map(|(_, own)| *own).or_else(|| name::nearest(&self.known, &name));
+            let known: Vec<&str> = self.known.iter().map(String::as_str).collect();
+            if !known.contains(&name.as_str()) {
+                let synonym = SYNONYMS.iter().find(|(other, own)| *other == name && known.contains(own));
+                let hint = synonym.map(|(_, own)| *own).or_else(|| name::nearest(&known, &name));
                 let hint = hint.map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
-                let known = self.known.join(", ");
-                let message = format!("unexpected argument {name:?}{hint}; expected one of: {known}");
+                let (of, known) = (&self.of, known.join(", "));
+                let message = format!("{of}unexpected argument {name:?}{hint}; expected one of: {known}");
                 return Err(PyTypeError::new_err(message));
             }
         }

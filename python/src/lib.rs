@@ -6,9 +6,10 @@
 //!           several worlds at once
 //! entity    what is in a world: vehicle, light, portal, sensor; roads: routes and signals
 //! capture   what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
-//! mounting  sensors by their keywords
+//! mounting  sensors by their keywords; fields: those that are named as in scene files
 //! arguments what calls are given, and errors that name it; values: numbers, places
 //! errors    exceptions; device: the graphics device of the process; watch: captures that were left out
+//! program   the command line
 //! ```
 //!
 //! A world has a number for each entity; an object of Python is the world and that number. What takes time lets go of
@@ -21,11 +22,13 @@ mod contents;
 mod device;
 mod entity;
 mod errors;
+mod fields;
 mod light;
 mod many;
 mod mounting;
 mod points;
 mod portal;
+mod program;
 mod readings;
 mod roads;
 mod sensor;
@@ -45,6 +48,9 @@ mod _relief {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+    #[pymodule_export]
     use crate::camera::{CameraBatch, CameraCapture};
     #[pymodule_export]
     use crate::capture::Capture;
@@ -58,6 +64,8 @@ mod _relief {
     use crate::points::LidarCapture;
     #[pymodule_export]
     use crate::portal::Portal;
+    #[pymodule_export]
+    use crate::program::run_program;
     #[pymodule_export]
     use crate::readings::{Collisions, Contact, GnssReading, ImuReading, LaneReading};
     #[pymodule_export]

@@ -3,11 +3,12 @@
 use crate::arguments::{Argument, Keywords, Names, Row, found, required};
 use crate::entity::{Kind, wrap_as};
 use crate::errors::Failure;
+use crate::fields;
 use crate::values::{Facing, Numbers, Placing, Size};
 use crate::world::Shared;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use relief::name;
 use relief::sensors::{sensor_name_on, sensor_names};
 use relief::systems::draw::Intrinsics;
@@ -15,8 +16,8 @@ use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::spawn::Spawn;
 use relief::systems::sensors::{
-    self, Beams, CameraOutput, CameraSensor, CollisionSensor, Exposure, GeoOrigin, GnssNoise, GnssSensor, ImuNoise,
-    ImuSensor, LaneSensor, Lens, LidarNoise, LidarSensor, SensorKind,
+    self, CameraOutput, CameraSensor, CollisionSensor, Exposure, GeoOrigin, GnssSensor, ImageNoise, ImuSensor, LaneSensor,
+    Lens, LidarSensor, SensorKind,
 };
 use std::sync::Arc;
 
@@ -97,10 +98,11 @@ impl CameraArguments {
             let outputs: Result<_, _> = outputs.iter().map(find).collect();
             camera.outputs = outputs.map_err(Failure::Value)?;
         }
-        if let Some(exposure) = arguments.take("exposure")? {
-            camera.exposure = Exposure::Fixed(exposure);
+        if let Some(given) = arguments.get("exposure")? {
+            camera.exposure = exposure(&given)?;
         }
-        camera.lens = lens(&mut arguments)?;
+        camera.noise = arguments.get("noise")?.map(|given| fields::of_dict::<ImageNoise>("noise", &given)).transpose()?;
+        camera.lens = lens(&mut arguments, camera.size)?;
         let is_parallel = matches!(camera.lens, Lens::Orthographic { .. });
         camera.far = far.unwrap_or(if is_parallel { camera.near + 1000.0 } else { f32::INFINITY });
         arguments.finish()?;
@@ -124,17 +126,34 @@ impl CameraArguments {
     }
 }
 
+/// A number, or as scene files have it.
+fn exposure(given: &Bound<'_, PyAny>) -> PyResult<Exposure> {
+    if let Ok(fixed) = given.extract::<f32>() {
+        return Ok(Exposure::Fixed(fixed));
+    }
+    if given.extract::<&str>().is_ok_and(|name| name == "metered") {
+        let metered = [("metered", PyDict::new(given.py()))].into_py_dict(given.py())?;
+        return fields::choice("exposure", "metered", metered.as_any());
+    }
+    fields::choice("exposure", "a number, \"scene\", \"metered\" or {\"metered\": {…}}", given)
+}
+
 /// By `K`, with what bends the picture, or by one of the angles and heights.
-fn lens(arguments: &mut Keywords<'_, '_>) -> PyResult<Lens> {
+fn lens(arguments: &mut Keywords<'_, '_>, size: (u32, u32)) -> PyResult<Lens> {
     let intrinsics = arguments.get("K")?.map(|given| intrinsics(&given)).transpose()?;
     let fov_y = arguments.take::<f64>("fov_y_degrees")?;
+    let fov_x = arguments.take::<f64>("fov_x_degrees")?;
     let half_height = arguments.take::<f32>("half_height")?;
     let distortion = arguments.take::<Coefficients<8>>("distortion")?.map(|own| own.0);
     let fisheye = arguments.take::<Coefficients<4>>("fisheye")?.map(|own| own.0);
     let largest_degrees = arguments.take::<f64>("largest_degrees")?;
     let refused = |message: &str| Err(Failure::value(message).into());
-    if [intrinsics.is_some(), fov_y.is_some(), half_height.is_some()].iter().filter(|given| **given).count() > 1 {
-        return refused("expected one of K, fov_y_degrees and half_height");
+    let given = [intrinsics.is_some(), fov_y.is_some(), fov_x.is_some(), half_height.is_some()];
+    if given.iter().filter(|given| **given).count() > 1 {
+        return refused("expected one of K, fov_y_degrees, fov_x_degrees and half_height");
+    }
+    if let Some(degrees) = fov_x.filter(|degrees| !(0.01..=179.0).contains(degrees)) {
+        return refused(&format!("fov_x_degrees: expected a number from 0.01 to 179, found {degrees}"));
     }
     if largest_degrees.is_some() && fisheye.is_none() {
         return refused("largest_degrees: expected fisheye beside it");
@@ -150,9 +169,10 @@ fn lens(arguments: &mut Keywords<'_, '_>) -> PyResult<Lens> {
             Ok(Lens::KannalaBrandt { intrinsics, coefficients, largest_angle })
         }
         (Some(intrinsics), None, None) => Ok(Lens::Pinhole(intrinsics)),
-        (None, None, None) => Ok(match half_height {
-            Some(half_height) => Lens::Orthographic { half_height },
-            None => Lens::FieldOfView { y: fov_y.unwrap_or(60.0).to_radians() as f32 },
+        (None, None, None) => Ok(match (half_height, fov_x) {
+            (Some(half_height), _) => Lens::Orthographic { half_height },
+            (None, Some(degrees)) => Lens::of_fov_x(degrees.to_radians(), size),
+            (None, None) => Lens::FieldOfView { y: fov_y.unwrap_or(60.0).to_radians() as f32 },
         }),
         (None, ..) => refused("distortion and fisheye: expected K beside them"),
     }
@@ -207,25 +227,7 @@ pub fn add_lidar(
 ) -> PyResult<Py<PyAny>> {
     let mut arguments = Keywords::new(given);
     let mounting = Mounting::read(&mut arguments)?;
-    let mut lidar = LidarSensor::default();
-    if let Some(model) = arguments.take::<String>("beams")? {
-        let found = Beams::MODELS.into_iter().find(|(known, _)| *known == model);
-        let names: Vec<&str> = Beams::MODELS.iter().map(|(known, _)| *known).collect();
-        let unknown = || Failure::value(format!("unknown beams {model:?}; expected one of: {}", names.join(", ")));
-        lidar.beams = found.ok_or_else(unknown)?.1;
-    }
-    lidar.hz = arguments.take("hz")?.unwrap_or(lidar.hz);
-    lidar.columns = arguments.take("columns")?.unwrap_or(lidar.columns);
-    if let Some(Numbers([least, most])) = arguments.take("range")? {
-        lidar.range = (least as f32, most as f32);
-    }
-    lidar.attenuation = arguments.take("attenuation")?.unwrap_or(lidar.attenuation);
-    lidar.sweep = arguments.take("sweep")?.unwrap_or(lidar.sweep);
-    lidar.noise = LidarNoise {
-        range_sigma: arguments.take("range_sigma")?.unwrap_or(0.0),
-        drop_rate: arguments.take("drop_rate")?.unwrap_or(0.0),
-        drop_below: arguments.take("drop_below")?.unwrap_or(0.0),
-    };
+    let lidar: LidarSensor = fields::take(&mut arguments)?;
     arguments.finish()?;
     mounting.add(py, shared, name, parent, SensorKind::Lidar(lidar))
 }
@@ -239,11 +241,9 @@ pub fn add_imu(
 ) -> PyResult<Py<PyAny>> {
     let mut arguments = Keywords::new(given);
     let mounting = Mounting::read(&mut arguments)?;
-    let mut noise = ImuNoise::default();
-    noise.accelerometer_density = arguments.take("accelerometer_density")?.unwrap_or(noise.accelerometer_density);
-    noise.gyroscope_density = arguments.take("gyroscope_density")?.unwrap_or(noise.gyroscope_density);
+    let own: ImuSensor = fields::take(&mut arguments)?;
     arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Imu(ImuSensor { noise }))
+    mounting.add(py, shared, name, parent, SensorKind::Imu(own))
 }
 
 pub fn add_gnss(
@@ -255,12 +255,9 @@ pub fn add_gnss(
 ) -> PyResult<Py<PyAny>> {
     let mut arguments = Keywords::new(given);
     let mounting = Mounting::read(&mut arguments)?;
-    let mut noise = GnssNoise::default();
-    noise.horizontal_sigma = arguments.take("horizontal_sigma")?.unwrap_or(noise.horizontal_sigma);
-    noise.vertical_sigma = arguments.take("vertical_sigma")?.unwrap_or(noise.vertical_sigma);
-    noise.velocity_sigma = arguments.take("velocity_sigma")?.unwrap_or(noise.velocity_sigma);
+    let own: GnssSensor = fields::take(&mut arguments)?;
     arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Gnss(GnssSensor { noise }))
+    mounting.add(py, shared, name, parent, SensorKind::Gnss(own))
 }
 
 pub fn add_collision(
@@ -272,10 +269,9 @@ pub fn add_collision(
 ) -> PyResult<Py<PyAny>> {
     let mut arguments = Keywords::new(given);
     let mounting = Mounting::read(&mut arguments)?;
-    let mut collision = CollisionSensor::default();
-    collision.margin = arguments.take("margin")?.unwrap_or(collision.margin);
+    let own: CollisionSensor = fields::take(&mut arguments)?;
     arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Collision(collision))
+    mounting.add(py, shared, name, parent, SensorKind::Collision(own))
 }
 
 pub fn add_lane(
@@ -287,8 +283,7 @@ pub fn add_lane(
 ) -> PyResult<Py<PyAny>> {
     let mut arguments = Keywords::new(given);
     let mounting = Mounting::read(&mut arguments)?;
-    let mut lane = LaneSensor::default();
-    lane.reach = arguments.take("reach")?.unwrap_or(lane.reach);
+    let own: LaneSensor = fields::take(&mut arguments)?;
     arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Lane(lane))
+    mounting.add(py, shared, name, parent, SensorKind::Lane(own))
 }

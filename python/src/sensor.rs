@@ -2,6 +2,7 @@
 
 use crate::entity::Entity;
 use crate::errors::{Failure, Outcome};
+use crate::fields;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -9,9 +10,7 @@ use pyo3::types::PyDict;
 use relief::export::ros::Distortion;
 use relief::sensors::sensor_name;
 use relief::systems::draw::Intrinsics;
-use relief::systems::sensors::{
-    self, CameraSensor, GnssNoise, GnssSensor, ImageNoise, ImuSensor, Lens, LidarNoise, LidarSensor, SensorKind,
-};
+use relief::systems::sensors::{self, Lens, SensorKind};
 
 /// A matrix of 3 by 3, float64.
 pub fn camera_matrix<'py>(py: Python<'py>, own: &Intrinsics) -> Bound<'py, PyArray2<f64>> {
@@ -39,10 +38,6 @@ fn lens(own: &PyRef<'_, Sensor>) -> PyResult<Option<Lens>> {
         SensorKind::Camera(camera) => camera.intrinsics().map(|_| camera.lens),
         _ => None,
     })
-}
-
-fn set<'py, T: IntoPyObject<'py>, const N: usize>(dict: &Bound<'py, PyDict>, items: [(&str, T); N]) -> PyResult<()> {
-    items.into_iter().try_for_each(|(name, value)| dict.set_item(name, value))
 }
 
 /// A sensor of a world.
@@ -150,28 +145,13 @@ impl Sensor {
     /// ``None`` of a camera without noise, and of all others.
     #[getter]
     fn noise<'py>(own: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let dict = PyDict::new(own.py());
-        match Self::read(&own, |sensor| sensor.kind.clone())? {
-            SensorKind::Camera(CameraSensor { noise: Some(noise), .. }) => {
-                let ImageNoise { full_well, read, dark, gain, bits, black } = noise;
-                set(&dict, [("full_well", full_well), ("read", read), ("dark", dark), ("gain", gain)])?;
-                set(&dict, [("bits", bits), ("black", black)])?;
-            }
-            SensorKind::Lidar(LidarSensor { noise: LidarNoise { range_sigma, drop_rate, drop_below }, .. }) => {
-                set(&dict, [("range_sigma", range_sigma), ("drop_rate", drop_rate), ("drop_below", drop_below)])?;
-            }
-            SensorKind::Imu(ImuSensor { noise }) => {
-                let densities = (noise.accelerometer_density, noise.gyroscope_density);
-                set(&dict, [("accelerometer_density", densities.0), ("gyroscope_density", densities.1)])?;
-                let biases = (noise.accelerometer_bias, noise.gyroscope_bias);
-                set(&dict, [("accelerometer_bias", biases.0), ("gyroscope_bias", biases.1)])?;
-            }
-            SensorKind::Gnss(GnssSensor { noise: GnssNoise { horizontal_sigma, vertical_sigma, velocity_sigma } }) => {
-                set(&dict, [("horizontal_sigma", horizontal_sigma), ("vertical_sigma", vertical_sigma)])?;
-                set(&dict, [("velocity_sigma", velocity_sigma)])?;
-            }
-            _ => return Ok(None),
-        }
-        Ok(Some(dict))
+        let dict = match Self::read(&own, |sensor| sensor.kind.clone())? {
+            SensorKind::Camera(camera) => camera.noise.map(|noise| fields::dict(own.py(), &noise)),
+            SensorKind::Lidar(lidar) => Some(fields::dict(own.py(), &lidar.noise)),
+            SensorKind::Imu(imu) => Some(fields::dict(own.py(), &imu.noise)),
+            SensorKind::Gnss(gnss) => Some(fields::dict(own.py(), &gnss.noise)),
+            SensorKind::Collision(_) | SensorKind::Lane(_) => None,
+        };
+        dict.transpose()
     }
 }

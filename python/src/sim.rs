@@ -3,6 +3,7 @@
 use crate::arguments::{Bytes, Given, optional, required};
 use crate::capture::Capture;
 use crate::errors::{Failure, Outcome};
+use crate::fields;
 use crate::world::{Scene, Shared, World};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -26,7 +27,9 @@ pub const STEPS_AT_ONCE: u64 = 1000;
 /// A world of a scene, and its run.
 ///
 /// `scene`: a scene file (.ron) or a model (.gltf, .glb); without one, an open field with a sun, on which vehicles of
-/// all types can be spawned. `seed`: in the place of the scene's own. Any thread may use it, one after the other.
+/// all types can be spawned. In the place of the scene's own: `seed`; `step_seconds` of the clock; `geo_origin`, a dict
+/// with `latitude_degrees`, `longitude_degrees` and perhaps `altitude` and `at`; `environment`, a dict as `environment`
+/// gives it, what is left out by default. Such worlds are not recorded. Any thread may use it, one after the other.
 /// Raises SceneError.
 #[pyclass(frozen, module = "relief")]
 pub struct Sim {
@@ -66,12 +69,21 @@ fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
 #[pymethods]
 impl Sim {
     #[new]
-    #[pyo3(signature = (scene=None, *, seed=None))]
-    fn new(py: Python<'_>, scene: Given<'_, '_>, seed: Given<'_, '_>) -> PyResult<Self> {
+    #[pyo3(signature = (scene=None, *, seed=None, step_seconds=None, geo_origin=None, environment=None))]
+    fn new(
+        py: Python<'_>,
+        scene: Given<'_, '_>,
+        seed: Given<'_, '_>,
+        step_seconds: Given<'_, '_>,
+        geo_origin: Given<'_, '_>,
+        environment: Given<'_, '_>,
+    ) -> PyResult<Self> {
+        let step_seconds = optional::<f64>("step_seconds", step_seconds)?;
+        let overrides = fields::overrides(step_seconds, [("geo_origin", geo_origin), ("environment", environment)])?;
         let (scene, seed) = (optional::<PathBuf>("scene", scene)?, optional::<u64>("seed", seed)?);
         crate::device::check_process()?;
         let scene = scene.map_or_else(|| field(py), Ok)?;
-        let made = py.detach(|| Ok::<_, Failure>(World::new(Arc::new(Scene::load(&scene)?), seed)));
+        let made = py.detach(|| Ok::<_, Failure>(World::new(Arc::new(Scene::load(&scene, overrides)?), seed)));
         Ok(Self::of(made?))
     }
 
@@ -215,7 +227,7 @@ impl Sim {
     fn reload(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| {
             world.refuse_while_kept()?;
-            let scene = Scene::load(world.scene.template.path())?;
+            let scene = Scene::load(world.scene.template.path(), world.scene.overrides.clone())?;
             *world = World::new(Arc::new(scene), world.seed);
             Ok(())
         })

@@ -113,7 +113,7 @@ impl Sim {
                 return Err(Failure::value("yaw: expected at beside it; a route says how a vehicle is turned"));
             }
             if is_placed && (speed, lane, along) != (0.0, 0, 0.0) {
-                return Err(Failure::value("speed, lane and along: expected a route beside them"));
+                return Err(Failure::value("speed, lane and along: expected a route beside them; without one a vehicle begins at rest"));
             }
             if !(0.0..=FASTEST).contains(&speed) {
                 return Err(Failure::value(format!("speed: expected m/s from 0 to {FASTEST:.1}, found {speed}")));

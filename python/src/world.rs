@@ -9,7 +9,7 @@ use relief::bevy_ecs::prelude::{ChildOf, Entity};
 use relief::glam::{DAffine3, DVec3};
 use relief::recording::{self, Identity, RunFiles, Snapshot, Stepper};
 use relief::renderer::Settings;
-use relief::scene::{LoadedScene, Template};
+use relief::scene::{LoadedScene, Overrides, Template};
 use relief::sensors::{Capture, Captured, Wanted, WorldSensors};
 use relief::systems::Simulation;
 use relief::systems::ecs::clock::{Clock, Seed};
@@ -29,12 +29,14 @@ const SNAPSHOT: &str = "snapshot";
 /// A scene that was read, and what recordings and snapshots of it belong to.
 pub struct Scene {
     pub template: Template,
+    /// In the place of its file's own fields.
+    pub overrides: Overrides,
     identity: OnceLock<Identity>,
 }
 
 impl Scene {
-    pub fn load(path: &Path) -> Outcome<Self> {
-        Ok(Self { template: Template::load(path)?, identity: OnceLock::new() })
+    pub fn load(path: &Path, overrides: Overrides) -> Outcome<Self> {
+        Ok(Self { template: Template::load_with(path, &overrides)?, overrides, identity: OnceLock::new() })
     }
 }
 
@@ -297,6 +299,11 @@ impl World {
 
     /// Begins to record; the recording's number.
     pub fn record(&mut self, path: &Path) -> Outcome<u64> {
+        if !self.scene.overrides.is_empty() {
+            let message = "expected a world whose clock, geo_origin and environment are those of the scene's file, by \
+                           which recordings are replayed";
+            return Err(Failure::value(message));
+        }
         let template = &self.scene.template;
         self.stepper.record(path, (template.path(), template.files()), &mut self.simulation)?;
         self.recordings += 1;
@@ -354,7 +361,7 @@ impl Replay {
     pub fn begin(recording: &Path, scene: Option<&Path>) -> Outcome<Self> {
         let scene = scene.map_or_else(|| recording::scene_of(recording), |scene| Ok(scene.to_owned()))?;
         let seed = recording::seed_of(recording)?;
-        let mut world = World::new(Arc::new(Scene::load(&scene)?), Some(seed));
+        let mut world = World::new(Arc::new(Scene::load(&scene, Overrides::default())?), Some(seed));
         let files = RunFiles { replay: Some(recording.to_owned()), ..RunFiles::default() };
         let template = &world.scene.template;
         let stepper = Stepper::begin(&files, (&scene, template.files()), 0, &mut world.simulation)?;

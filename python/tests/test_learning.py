@@ -1,14 +1,13 @@
 """The example that learns to keep a lane learns it in few generations."""
 
-import runpy
-
 import numpy as np
 
-from conftest import ROOT, needed
+from conftest import needed
 
 needed("gymnasium")
 
 import relief  # noqa: E402
+from relief.envs import learn_lane  # noqa: E402
 
 #: Episodes of 7 s.
 ENVIRONMENTS, STEPS, GENERATIONS = 16, 70, 4
@@ -19,13 +18,12 @@ BAR = 0.3
 
 
 def test_the_lane_is_kept_where_straight_ahead_leaves_it():
-    example = runpy.run_path(str(ROOT / "examples" / "python" / "learn_lane.py"))
-    env = relief.make_vec("relief/LaneFollow-v0", ENVIRONMENTS, size=(example["SIDE"], example["SIDE"]))
-    mean = example["learn"](env, STEPS, generations=GENERATIONS, seed=0)
+    env = relief.make_vec("relief/LaneFollow-v0", ENVIRONMENTS, size=(learn_lane.SIDE, learn_lane.SIDE))
+    mean = learn_lane.learn(env, STEPS, generations=GENERATIONS, seed=0)
     shares = []
     for policy in (np.zeros_like(mean), mean):
         # Starts that were not learned from.
-        _, _, kept = example["drive"](env, np.tile(policy, (ENVIRONMENTS, 1)), 1_000_000, STEPS)
+        _, _, kept = learn_lane.drive(env, np.tile(policy, (ENVIRONMENTS, 1)), 1_000_000, STEPS)
         shares.append(float(kept.mean()))
     env.close()
     assert shares[0] == 0.0 and shares[1] >= BAR, f"straight ahead {shares[0]:.0%}, learned {shares[1]:.0%}"

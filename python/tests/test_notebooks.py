@@ -69,10 +69,9 @@ def test_the_notebook_is_valid_and_has_no_outputs(name):
         assert all(len(line) <= 121 for line in cell["source"]), "lines of at most 120 characters"
 
 
-def test_depths_beyond_the_farthest_are_dark(monkeypatch):
+def test_depths_beyond_the_farthest_are_dark():
     needed("PIL")
-    monkeypatch.syspath_prepend(FOLDER)
-    import pictures
+    from relief import pictures
 
     dark, near = (30, 10, 50), (253, 231, 37)
     for depth in (np.inf, 60.0, 100.0):

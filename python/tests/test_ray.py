@@ -277,4 +277,4 @@ def test_the_program_is_found_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "merge", lambda job, output, relief, more: (0, ""))
     assert command.main(["render", "job", "--relief", "bin/relief"]) == 0
     assert command.main(["render", "job"]) == 0
-    assert asked == [(str(tmp_path / "job"), str(tmp_path / "bin/relief")), (str(tmp_path / "job"), "relief")]
+    assert asked == [(str(tmp_path / "job"), str(tmp_path / "bin/relief")), (str(tmp_path / "job"), None)]

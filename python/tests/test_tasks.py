@@ -15,7 +15,8 @@ from relief.envs.tasks import Episode, Traffic  # noqa: E402
 
 
 def episode(**known):
-    return Episode(sim=None, ego=None, speed_limits=[10.0, 20.0], **known)
+    sim = SimpleNamespace(step_seconds=known.pop("step_seconds", 1 / 60))
+    return Episode(sim=sim, ego=None, speed_limits=[10.0, 20.0], **known)
 
 
 def capture(touch=(), **lane):
@@ -51,6 +52,18 @@ def test_rewards(turned, lane, reward):
 def test_progress_is_metres_along_the_lane_in_a_step():
     outcome = Task().outcome(episode(), capture(speed=5.0, heading_error=math.pi / 3, offset=0.5))
     assert outcome.info == {"speed": 5.0, "offset": 0.5, "progress": pytest.approx(0.25, abs=1e-15)}
+
+
+@pytest.mark.parametrize("step_seconds, steps", [(1 / 60, 6), (0.05, 2), (0.01, 10), (0.03, 3), (0.5, 1)])
+def test_times_are_those_of_the_worlds_clock(step_seconds, steps):
+    of_clock = episode(step_seconds=step_seconds)
+    assert of_clock.frame_steps == steps
+    outcome = Task().outcome(of_clock, capture(speed=5.0))
+    assert outcome.info["progress"] == pytest.approx(5.0 * steps * step_seconds, rel=1e-12)
+    # A minute is over with the first step that ends at 60 s or later.
+    last = math.ceil(60.0 / (steps * step_seconds) - 1e-6)
+    ends = [Task().outcome(episode(step_seconds=step_seconds, steps=own), capture()) for own in (last - 1, last)]
+    assert [end.truncated for end in ends] == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,16 @@
 
 use super::arguments::{self, ON_OFF};
 use super::failure::{Failure, say};
-use super::progress;
+use super::{Process, progress};
 use clap::builder::TypedValueParser;
 use clap::{ArgAction, Args};
-use relief::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
-use relief::frames::LoadOptions;
-use relief::name;
-use relief::renderer::{Occlusion, Settings};
+use crate::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
+use crate::frames::LoadOptions;
+use crate::name;
+use crate::renderer::{Occlusion, Settings};
 use std::io;
 use std::path::PathBuf;
 use std::process::Command;
-use std::time::Instant;
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::lights::LightPolicy;
@@ -187,22 +186,21 @@ impl BenchArgs {
     }
 }
 
-/// `started` is when the program started.
-pub fn run(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
+pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
     let bar = progress::bar("{bar:40} {pos}/{len}  {msg}  {eta} left");
     let job = args.job();
     let said = if let (true, Some(folder)) = (args.suite, &args.output) {
         let (earlier, quick) = (args.compare.clone(), args.quick);
         let suite = SuiteJob { most: job, folder: folder.clone(), earlier, quick };
-        let slower = bench::run_suite(&suite, &apart, |done, of, scene| {
+        let slower = bench::run_suite(&suite, &|job| apart(job, process), |done, of, scene| {
             progress::show(&bar, done as u64, of as u64);
             bar.set_message(scene.to_owned());
         })?;
         slower.iter().for_each(|what| eprintln!("slower: {what}"));
         folder.join("report.md").display().to_string()
     } else {
-        let mut figures = bench::run(&job, started, |done, of| progress::show(&bar, done.into(), of.into()))?;
-        figures.bytes_per_object = bench::bytes_per_object(&job, &figures, &apart).unwrap_or_else(|error| {
+        let mut figures = bench::run(&job, process.started, |done, of| progress::show(&bar, done.into(), of.into()))?;
+        figures.bytes_per_object = bench::bytes_per_object(&job, &figures, &|job| apart(job, process)).unwrap_or_else(|error| {
             tracing::warn!("memory per object was not measured: {error}");
             None
         });
@@ -213,8 +211,8 @@ pub fn run(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
 }
 
 /// This program again, to measure a grid in a process of its own.
-fn apart(job: &BenchJob) -> io::Result<Command> {
-    let mut command = Command::new(std::env::current_exe()?);
+fn apart(job: &BenchJob, process: &Process) -> io::Result<Command> {
+    let mut command = process.anew().ok_or_else(|| io::Error::other("no path of this program"))?;
     command.args(["bench", "--json"]);
     let mut add = |name: &str, value: &str| _ = command.arg(format!("--{name}={value}"));
     let on_off = |on| name::of(&ON_OFF, on);

@@ -2,7 +2,7 @@
 
 use super::failure::{Failure, say};
 use clap::Args;
-use relief::check;
+use crate::check;
 use std::path::PathBuf;
 use systems::Simulation;
 

@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::progress;
 use clap::Args;
 use clap::builder::TypedValueParser;
-use relief::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
+use crate::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
 use std::path::PathBuf;
 use systems::assets::Technique;
 

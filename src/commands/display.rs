@@ -4,6 +4,9 @@
 //! instance could draw to a window, and every instance of wgpu could. It goes by the environment, which no program can
 //! change safely while it runs: so this one is started anew in its own place, with another.
 
+use super::Process;
+use std::ffi::OsString;
+
 /// Variables that name a display.
 #[cfg(all(unix, not(target_vendor = "apple")))]
 const DISPLAYS: [&str; 3] = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"];
@@ -24,10 +27,10 @@ pub fn may_exist() -> bool {
     true
 }
 
-/// Takes the program's place with one that knows of no display, unless it knows of none as it is. Where that fails,
+/// Takes the process's place with one that knows of no display, unless it knows of none as it is. Where that fails,
 /// goes on.
 #[cfg(all(unix, not(target_vendor = "apple")))]
-pub fn forget() {
+pub fn forget(process: &Process, arguments: &[OsString]) {
     use std::os::unix::process::CommandExt;
     let is_set = |name: &&str| std::env::var_os(name).is_some();
     // Where the layer is told to choose a device it is kept: it asks no display then.
@@ -35,9 +38,8 @@ pub fn forget() {
     if !DISPLAYS.iter().any(is_set) && (keeps_layer || is_set(&NO_LAYER)) {
         return;
     }
-    let (Ok(program), mut arguments) = (std::env::current_exe(), std::env::args_os()) else { return };
-    let mut anew = std::process::Command::new(&program);
-    anew.arg0(arguments.next().unwrap_or(program.into_os_string())).args(arguments);
+    let Some(mut anew) = process.anew() else { return };
+    anew.args(arguments);
     DISPLAYS.iter().for_each(|name| _ = anew.env_remove(name));
     if !keeps_layer {
         anew.env(NO_LAYER, "1");
@@ -48,4 +50,4 @@ pub fn forget() {
 
 /// Nothing to forget.
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-pub fn forget() {}
+pub fn forget(_process: &Process, _arguments: &[OsString]) {}

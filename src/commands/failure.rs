@@ -1,20 +1,19 @@
 //! What a command ends with when it is not done: a message, with the options that help, and an exit code.
 
 #[cfg(feature = "tools")]
-use relief::bench::BenchError;
-use relief::frames::FrameError;
+use crate::bench::BenchError;
+use crate::frames::FrameError;
 #[cfg(feature = "tools")]
-use relief::maps::MapError;
-use relief::output::OutputError;
-use relief::recording::RecordingError;
-use relief::renderer::{GpuError, RenderError};
-use relief::shards::ShardError;
-use relief::video::VideoError;
+use crate::maps::MapError;
+use crate::output::OutputError;
+use crate::recording::RecordingError;
+use crate::renderer::{GpuError, RenderError};
+use crate::shards::ShardError;
+use crate::video::VideoError;
 use std::io::{ErrorKind, Write};
-use std::process::ExitCode;
 
 /// Bad input or usage.
-const BAD_INPUT: u8 = 2;
+pub const BAD_INPUT: u8 = 2;
 /// No usable graphics adapter.
 const NO_ADAPTER: u8 = 3;
 /// Shards are missing.
@@ -46,11 +45,11 @@ impl Failure {
     }
 
     /// Says it, and gives the exit code.
-    pub fn exit(self) -> ExitCode {
+    pub fn exit(self) -> u8 {
         if let Some(message) = self.message {
             eprintln!("error: {message}");
         }
-        ExitCode::from(self.code)
+        self.code
     }
 }
 

@@ -4,7 +4,7 @@ use super::arguments::{self, MOST_FRAMES};
 use super::failure::{Failure, say};
 use super::view;
 use clap::Args;
-use relief::frame_error::FrameErrorJob;
+use crate::frame_error::FrameErrorJob;
 use std::fmt::Display;
 use std::path::PathBuf;
 use systems::assets::Technique;

@@ -4,8 +4,8 @@ use super::arguments::{self, MOST_FRAMES};
 use super::failure::{Failure, say};
 use super::{progress, view};
 use clap::Args;
-use relief::demo;
-use relief::gallery::{self, GalleryJob};
+use crate::demo;
+use crate::gallery::{self, GalleryJob};
 use std::path::PathBuf;
 
 pub const HELP: &str = "\

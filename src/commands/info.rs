@@ -1,7 +1,7 @@
 //! `relief info`.
 
 use super::failure::{Failure, say};
-use relief::renderer::Gpu;
+use crate::renderer::Gpu;
 
 pub fn run() -> Result<(), Failure> {
     Ok(say(Gpu::headless()?.describe().trim_end())?)

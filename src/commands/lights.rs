@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::frame_error::FrameErrorArgs;
-use relief::light_error;
+use crate::light_error;
 
 pub const HELP: &str = "\
 The frame is drawn without shadows, with all lights (the reference) and by each policy: default (as

@@ -2,7 +2,7 @@
 
 use super::failure::{Failure, say};
 use clap::Args;
-use relief::shards::{MergeOptions, merge};
+use crate::shards::{MergeOptions, merge};
 use std::path::PathBuf;
 
 #[derive(Args)]

@@ -1,14 +1,17 @@
-//! The commands: what each takes from the command line, its help, and what it does with the library.
+//! The command line: `relief run, render, split, merge, replay, lights, gallery, compare, bench, map, check, info`. The
+//! commands, what each takes, its help, and what it does with the library. The rest of the library knows nothing of it.
+//!
+//! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.
 //!
 //! ```text
 //! run, render, replay, check, info    a command each
 //! split, shard, merge    a run in parts, and one of these
-//! tools      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
-//! window     what `run` and `replay` show
+//! window     what `run` and `replay` show; without the feature `window`, a picture
 //! view       what several commands take;  arguments: how their values are read
 //! progress   bars on a terminal
 //! failure    messages and exit codes
 //! display    a command without a window asks no display for anything
+//! log        warnings and errors on standard error
 //! ```
 
 mod arguments;
@@ -17,7 +20,7 @@ mod bench;
 mod check;
 #[cfg(feature = "tools")]
 mod compare;
-pub mod display;
+mod display;
 mod failure;
 #[cfg(feature = "tools")]
 mod frame_error;
@@ -26,6 +29,7 @@ mod gallery;
 mod info;
 #[cfg(feature = "tools")]
 mod lights;
+mod log;
 #[cfg(feature = "tools")]
 mod map;
 mod merge;
@@ -53,6 +57,7 @@ use render::RenderArgs;
 use replay::ReplayArgs;
 use run::RunArgs;
 use split::SplitArgs;
+use std::ffi::OsString;
 use std::time::Instant;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
@@ -60,7 +65,7 @@ use std::time::Instant;
 /// Without a subcommand: `relief run`.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
-pub struct Cli {
+struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
@@ -83,22 +88,60 @@ Examples:
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.";
 
+/// The process that a command runs in.
+pub struct Process {
+    /// When it started.
+    pub started: Instant,
+    /// The command that starts it anew, before its arguments: a program, and what always follows it. Where it is empty,
+    /// nothing is done in processes of its own.
+    pub command: Vec<OsString>,
+}
+
+impl Process {
+    /// The same again, without arguments.
+    fn anew(&self) -> Option<std::process::Command> {
+        let (program, more) = self.command.split_first()?;
+        let mut command = std::process::Command::new(program);
+        command.args(more);
+        Some(command)
+    }
+}
+
+/// Does what the command line says, and returns the exit code. `arguments` are without the program's name. What is wrong
+/// is said on standard error. May take the process's place with one that knows of no display, before it does anything.
+pub fn main(arguments: impl IntoIterator<Item = OsString>, process: &Process) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let command = match Cli::read(std::iter::once("relief".into()).chain(arguments.iter().cloned())) {
+        Ok(cli) => cli.chosen(),
+        Err(error) => {
+            // As clap's own exit does; who reads it may be gone.
+            _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(failure::BAD_INPUT);
+        }
+    };
+    log::to_stderr();
+    if !command.shows_window() || !display::may_exist() {
+        display::forget(process, &arguments);
+    }
+    command.run(process).map_or_else(Failure::exit, |()| 0)
+}
+
 impl Cli {
-    /// What the command line says; where it says nothing sensible, ends the program.
-    pub fn read() -> Self {
+    /// What the command line says, its first argument the program's name. Errors are help and versions, too.
+    fn read(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
         let mut command = with_negative_numbers(Self::command());
-        let matches = command.get_matches_mut();
-        let mut cli = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        let matches = command.try_get_matches_from_mut(arguments)?;
+        let mut cli = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
         if let (Some(Command::Split(args)), Some((name, matches))) = (&mut cli.command, matches.subcommand())
             && let Some(command) = command.find_subcommand(name)
         {
             args.keep_options(command, matches);
         }
-        cli
+        Ok(cli)
     }
 
     /// The command to run.
-    pub fn chosen(self) -> Command {
+    fn chosen(self) -> Command {
         self.command.unwrap_or(Command::Run(self.run))
     }
 }
@@ -112,7 +155,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 }
 
 #[derive(Subcommand)]
-pub enum Command {
+enum Command {
     /// Show a scene in a window; without a display, render pictures instead
     Run(RunArgs),
     /// Render frames to PNG files, without a window
@@ -135,7 +178,7 @@ pub enum Command {
 
 impl Command {
     /// Whether it shows a window where there is a display.
-    pub fn shows_window(&self) -> bool {
+    fn shows_window(&self) -> bool {
         let shows = match self {
             Self::Run(_) => true,
             Self::Replay(args) => args.output.is_none() && !args.check,
@@ -144,15 +187,15 @@ impl Command {
         shows && cfg!(feature = "window")
     }
 
-    /// Does it; `started` is when the program started.
-    pub fn run(self, started: Instant) -> Result<(), Failure> {
+    /// Does it.
+    fn run(self, process: &Process) -> Result<(), Failure> {
         match self {
             Self::Run(args) => run::run(&args),
             Self::Render(args) => render::run(&args),
             Self::Split(args) => split::run(&args),
             Self::Merge(args) => merge::run(&args),
             Self::Replay(args) => replay::run(&args),
-            Self::Tool(tool) => tool.run(started),
+            Self::Tool(tool) => tool.run(process),
             Self::Check(args) => check::run(&args),
             Self::Info => info::run(),
         }

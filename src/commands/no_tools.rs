@@ -1,9 +1,9 @@
 //! Stands in for the commands of the feature `tools` where the program is built without it: each says so.
 
+use super::Process;
 use super::failure::Failure;
 use clap::{Args, Subcommand};
 use std::ffi::OsString;
-use std::time::Instant;
 
 /// Any arguments, which nothing reads.
 #[derive(Args)]
@@ -31,7 +31,7 @@ pub enum Tool {
 
 impl Tool {
     /// Refuses it by name.
-    pub fn run(self, _started: Instant) -> Result<(), Failure> {
+    pub fn run(self, _process: &Process) -> Result<(), Failure> {
         let (name, AnyArgs { arguments: _ }) = match self {
             Self::Lights(args) => ("lights", args),
             Self::Shadows(args) => ("shadows", args),

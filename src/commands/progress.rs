@@ -1,7 +1,7 @@
 //! Bars on a terminal: how far a command is.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use relief::import::progress::counts;
+use crate::import::progress::counts;
 use std::any::Any;
 use std::io::IsTerminal;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -26,7 +26,7 @@ pub fn show(bar: &ProgressBar, done: u64, of: u64) {
     bar.set_position(done);
 }
 
-/// A bar of the images decoded, for [`relief::frames::LoadOptions::watch`].
+/// A bar of the images decoded, for [`crate::frames::LoadOptions::watch`].
 pub fn of_loading() -> Box<dyn Any> {
     Box::new(LoadingBar::on_terminal())
 }

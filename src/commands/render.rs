@@ -6,9 +6,9 @@ use super::view::{FileArgs, PictureArgs, ViewArgs, parse_frames};
 use super::{progress, shard};
 use clap::Args;
 use clap::builder::TypedValueParser;
-use relief::frames::{FrameJob, Frames, render_frames};
-use relief::recording::RunFiles;
-use relief::sensors::{FileFormat, SensorJob, render_sensors};
+use crate::frames::{FrameJob, Frames, render_frames};
+use crate::recording::RunFiles;
+use crate::sensors::{FileFormat, SensorJob, render_sensors};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

@@ -7,8 +7,8 @@ use super::render::render;
 use super::view::{PictureArgs, ViewArgs, parse_frames};
 use super::window::{WindowJob, show};
 use clap::Args;
-use relief::frames::{self, FrameJob, Frames, LoadOptions};
-use relief::recording::{self, Recording, RunFiles};
+use crate::frames::{self, FrameJob, Frames, LoadOptions};
+use crate::recording::{self, Recording, RunFiles};
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 

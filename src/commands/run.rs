@@ -5,8 +5,8 @@ use super::failure::Failure;
 use super::view::{FileArgs, PictureArgs, ViewArgs};
 use super::window::{WindowJob, show};
 use clap::Args;
-use relief::demo;
-use relief::frames::OutputKind;
+use crate::demo;
+use crate::frames::OutputKind;
 use std::path::PathBuf;
 
 #[derive(Args)]

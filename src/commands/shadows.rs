@@ -4,8 +4,8 @@ use super::arguments;
 use super::failure::Failure;
 use super::frame_error::FrameErrorArgs;
 use clap::Args;
-use relief::renderer::Settings;
-use relief::shadow_error;
+use crate::renderer::Settings;
+use crate::shadow_error;
 
 pub const HELP: &str = "\
 The reference has all lights, each where a ray from the surface reaches it. Compared with it are:

@@ -4,7 +4,7 @@ use super::failure::{Failure, say};
 use super::render::{WorkArgs, with_bar};
 use clap::Args;
 use clap::parser::ValueSource;
-use relief::shards::{SplitJob, Work, split};
+use crate::shards::{SplitJob, Work, split};
 use std::path::PathBuf;
 
 pub const HELP: &str = "\

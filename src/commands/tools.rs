@@ -2,6 +2,7 @@
 
 use super::bench::{self, BenchArgs};
 use super::compare::{self, CompareArgs};
+use super::Process;
 use super::failure::Failure;
 use super::frame_error::FrameErrorArgs;
 use super::gallery::{self, GalleryArgs};
@@ -9,7 +10,6 @@ use super::lights;
 use super::map::{self, MapArgs};
 use super::shadows::{self, ShadowErrorArgs};
 use clap::Subcommand;
-use std::time::Instant;
 
 #[derive(Subcommand)]
 pub enum Tool {
@@ -33,14 +33,14 @@ pub enum Tool {
 }
 
 impl Tool {
-    /// Does it; `started` is when the program started.
-    pub fn run(self, started: Instant) -> Result<(), Failure> {
+    /// Does it.
+    pub fn run(self, process: &Process) -> Result<(), Failure> {
         match self {
             Self::Lights(args) => lights::run(&args),
             Self::Shadows(args) => shadows::run(&args),
             Self::Gallery(args) => gallery::run(&args),
             Self::Compare(args) => compare::run(&args),
-            Self::Bench(args) => bench::run(&args, started),
+            Self::Bench(args) => bench::run(&args, process),
             Self::Map(args) => map::run(&args),
         }
     }

@@ -1,14 +1,14 @@
-//! The window of `relief run` and `relief replay`.
+//! The window of `relief run` and `relief replay`; where there is none, a picture.
 
 use super::failure::Failure;
 use super::render::render;
 use super::view::{PictureArgs, ViewArgs};
 #[cfg(feature = "window")]
-use relief::app::{self, AppError};
+use crate::app::{self, AppError};
 #[cfg(feature = "window")]
-use relief::frames::{self, FrameError, LoadOptions};
-use relief::frames::{FrameJob, Frames};
-use relief::recording::RunFiles;
+use crate::frames::{self, FrameError, LoadOptions};
+use crate::frames::{FrameJob, Frames};
+use crate::recording::RunFiles;
 use std::path::{Path, PathBuf};
 #[cfg(feature = "window")]
 use systems::ecs::clock::Clock;
@@ -16,7 +16,7 @@ use systems::ecs::clock::Clock;
 use systems::lights::LightPolicies;
 
 /// What is shown in a window.
-#[cfg_attr(not(feature = "window"), allow(dead_code))]
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "nothing is shown"))]
 pub struct WindowJob {
     pub scene: PathBuf,
     pub files: RunFiles,
@@ -35,7 +35,7 @@ pub struct WindowJob {
 #[cfg(not(feature = "window"))]
 pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     view.set_threads();
-    render_instead("the program was built without the feature \"window\"", job, view)
+    instead("the program was built without the feature \"window\"", job, view)
 }
 
 /// Shows it; without a display, renders a picture.
@@ -70,7 +70,7 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     };
     match app::run(options) {
         Ok(()) => Ok(()),
-        Err(AppError::NoDisplay(reason)) => render_instead(&reason.to_string(), job, view),
+        Err(AppError::NoDisplay(reason)) => instead(&reason, job, view),
         Err(AppError::Gpu(error)) => Err(error.into()),
         Err(AppError::Render(error)) => Err(FrameError::from(error).into()),
         Err(AppError::Texels(error)) => Err(error.into()),
@@ -78,7 +78,7 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
 }
 
 /// Renders a picture in place of a window, and says why.
-fn render_instead(reason: &str, job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+fn instead(reason: &str, job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     eprintln!("no window: {reason}\nrendering a picture instead");
     let frames = if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
     let mut pictures = job.pictures.job(&job.scene, Path::new("relief-frames"), view);

@@ -80,7 +80,7 @@ impl Default for Scene {
     }
 }
 
-#[derive(Deserialize, Debug)]
+#[derive(Deserialize, Clone, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Environment {
     pub ambient: Color,

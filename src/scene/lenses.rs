@@ -164,9 +164,7 @@ impl Check<'_> {
 pub fn lens(source: &Lens, size: (u32, u32)) -> sensors::Lens {
     match *source {
         Lens::FieldOfView(FieldOfView { x_degrees: Some(x), .. }) => {
-            let aspect = f64::from(size.1) / f64::from(size.0);
-            let half = (f64::from(x).to_radians() / 2.0).tan() * aspect;
-            sensors::Lens::FieldOfView { y: (2.0 * half.atan()) as f32 }
+            sensors::Lens::of_fov_x(f64::from(x).to_radians(), size)
         }
         Lens::FieldOfView(FieldOfView { y_degrees, .. }) => {
             sensors::Lens::FieldOfView { y: y_degrees.unwrap_or(60.0).to_radians() }

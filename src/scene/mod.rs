@@ -41,6 +41,7 @@ mod motion_sensors;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
+mod overrides;
 #[cfg(feature = "vehicles")]
 mod overlaps;
 #[cfg(feature = "physics")]
@@ -77,6 +78,7 @@ mod vehicles;
 mod vehicles;
 
 pub use custom_fields::{EntityField, SceneField, SceneFields};
+pub use overrides::Overrides;
 pub use template::Template;
 #[cfg(feature = "vehicles")]
 pub use vehicle_types::load_vehicle_types;
@@ -164,7 +166,7 @@ pub fn load_seeded(path: &Path, seed: Option<u64>, simulation: &mut Simulation) 
     let fields = world.get_resource::<SceneFields>().cloned().unwrap_or_default();
     let prepared = world.resource_scope(|_, mut library: Mut<Library>| {
         let before = library.revisions();
-        prepare(path, &fields, &mut library).inspect_err(|_| library.take_back(before))
+        prepare(path, &fields, &Overrides::default(), &mut library).inspect_err(|_| library.take_back(before))
     })?;
     Ok(prepared.instantiate(path, seed, simulation))
 }
@@ -174,7 +176,7 @@ pub fn load_seeded(path: &Path, seed: Option<u64>, simulation: &mut Simulation) 
 /// # Errors
 /// As [`load`].
 pub fn load_library(path: &Path, fields: &SceneFields, mut library: Library) -> Result<Library, SceneError> {
-    prepare(path, fields, &mut library)?;
+    prepare(path, fields, &Overrides::default(), &mut library)?;
     Ok(library)
 }
 
@@ -222,15 +224,24 @@ enum Content {
     Model(import::Model),
 }
 
-fn prepare(path: &Path, fields: &SceneFields, library: &mut Library) -> Result<Prepared, SceneError> {
+fn prepare(
+    path: &Path,
+    fields: &SceneFields,
+    overrides: &Overrides,
+    library: &mut Library,
+) -> Result<Prepared, SceneError> {
     if is_model(path) {
+        if !overrides.is_empty() {
+            let message = "expected a scene (.ron): a model has no clock, geo_origin or environment of its own";
+            return Err(problem(path, None, message).into());
+        }
         let model = import::load_model(path, library).map_err(|error| import_problem(path, error.into()))?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
         let (content, files) = (Content::Model(model), vec![path.to_owned()]);
         return Ok(Prepared { content, origin: Origin::default(), warnings, doubts: Vec::new(), files });
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
-        return prepare_scene(path, fields, library);
+        return prepare_scene(path, fields, overrides, library);
     }
     Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into())
 }
@@ -270,12 +281,18 @@ fn listed(all: &[String]) -> String {
     }
 }
 
-fn prepare_scene(path: &Path, fields: &SceneFields, library: &mut Library) -> Result<Prepared, SceneError> {
+fn prepare_scene(
+    path: &Path,
+    fields: &SceneFields,
+    overrides: &Overrides,
+    library: &mut Library,
+) -> Result<Prepared, SceneError> {
     if rigs::is_rig(path) {
         return Err(problem(path, None, "expected a scene, found a rig, which entities of scenes take by `rig`").into());
     }
     let text = read_text(path)?;
     let mut scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
+    overrides.apply(&mut scene);
     let mut faults = custom_fields::read(&mut scene, fields, &text).map_err(|slip| slip_problem(path, slip))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (rigs, mut of_rigs) = rigs::read(&scene, fields, folder);

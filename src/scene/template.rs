@@ -4,7 +4,7 @@
 //! world changes them, and no sooner.
 
 use super::custom_fields::SceneFields;
-use super::{Content, LoadedScene, Prepared, SceneError, prepare};
+use super::{Content, LoadedScene, Overrides, Prepared, SceneError, prepare};
 use crate::import::cache::Cache;
 use crate::import::meshes::finish_meshes;
 use std::fmt;
@@ -27,8 +27,16 @@ impl Template {
     /// # Errors
     /// [`SceneError`]: everything that is wrong with it.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_with(path, &Overrides::default())
+    }
+
+    /// [`Self::load`] with other fields than the scene's own.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_with(path: &Path, overrides: &Overrides) -> Result<Self, SceneError> {
         let mut library = Simulation::new().world.remove_resource::<Library>().unwrap_or_default();
-        let prepared = prepare(path, &SceneFields::default(), &mut library)?;
+        let prepared = prepare(path, &SceneFields::default(), overrides, &mut library)?;
         if let Some(cache) = Cache::of_user() {
             finish_meshes(&mut library, &cache);
             cache.trim();

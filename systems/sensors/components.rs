@@ -245,6 +245,14 @@ pub enum Lens {
     },
 }
 
+impl Lens {
+    /// Perspective of a horizontal field of view, radians, for pictures of a size, pixels.
+    pub fn of_fov_x(x: f64, (width, height): (u32, u32)) -> Self {
+        let half = (x / 2.0).tan() * (f64::from(height) / f64::from(width));
+        Self::FieldOfView { y: (2.0 * half.atan()) as f32 }
+    }
+}
+
 impl Default for Lens {
     fn default() -> Self {
         Self::FieldOfView { y: 60f32.to_radians() }

@@ -14,7 +14,12 @@ of ``gymnasium.make_vec`` are the same where its mode is left to this package.
 
 from __future__ import annotations
 
-import gymnasium
+from ..extras import missing
+
+try:
+    import gymnasium
+except ImportError as error:
+    raise missing(error, "gym") from None
 
 from .driving import DrivingEnv
 from .tasks import TASKS, Task

@@ -20,7 +20,7 @@ from gymnasium.utils import seeding
 
 import relief
 
-from .tasks import FRAME_STEPS, Episode, Task, check_actions, task_of
+from .tasks import Episode, Task, check_actions, task_of
 
 #: What drives: of the observations of N environments, stacked, and the random numbers of each, N actions. It has no
 #: memory of its own.
@@ -164,7 +164,7 @@ class Worlds:
             for run, action in zip(running, actions):
                 self.task.act(run.episode, action)
                 run.actions.append(action)
-            relief.step(sims, FRAME_STEPS)
+            relief.step(sims, [run.episode.frame_steps for run in running])
             going = []
             for run, capture in zip(running, relief.capture_due(sims)):
                 outcome = self.task.outcome(run.episode, capture)

@@ -17,8 +17,8 @@ from gymnasium import spaces
 
 import relief
 
-#: Steps of the simulation, of 1/60 s, for one of the environment.
-FRAME_STEPS = 6
+#: Simulated seconds of a step of the environment: as near as whole steps of the world's clock come.
+FRAME_SECONDS = 0.1
 #: Depths of uint8 pictures, metres: 1 to 254 are from the nearest to the farthest, by their logarithm.
 DEPTH_RANGE = (0.5, 100.0)
 #: Of routes on which vehicles begin, metres; and their speed limits, m/s: slower ones are footpaths.
@@ -39,6 +39,16 @@ class Episode:
     turned: float = 0.0
     steps: int = 0
 
+    @property
+    def frame_steps(self) -> int:
+        """Steps of the world's clock for one of the environment."""
+        return frame_steps(self.sim)
+
+    @property
+    def frame_seconds(self) -> float:
+        """Simulated seconds of a step of the environment."""
+        return self.frame_steps * self.sim.step_seconds
+
     def speed_limit(self, lane: relief.LaneReading) -> float:
         """Of the road that the vehicle is on, m/s."""
         return self.speed_limits[lane.route] if lane.valid else max(self.speed_limits)
@@ -52,6 +62,11 @@ class Outcome:
     terminated: bool
     truncated: bool
     info: dict[str, float]
+
+
+def frame_steps(sim: relief.Sim) -> int:
+    """Steps of a world's clock for one of an environment: 6 of 1/60 s; at least 1."""
+    return max(1, round(FRAME_SECONDS / sim.step_seconds))
 
 
 def check_actions(actions: object, shape: tuple[int, ...]) -> np.ndarray:
@@ -85,7 +100,7 @@ class Task:
     Actions: steering and pedal, float32 (2,), −1 to 1: left is positive; above 0 the throttle, below 0 the brake.
 
     Rewards: speed along the lane / speed limit, at most 1, − ½ · |offset from the middle| / (half a lane) − 0.05 ·
-    |change of the steering|. A step is 0.1 s. The episode is terminated where the vehicle leaves its lane or touches
+    |change of the steering|. A step is `FRAME_SECONDS`. The episode is terminated where the vehicle leaves its lane or touches
     something, and truncated after a minute.
     """
 
@@ -139,6 +154,7 @@ class Task:
         route = routes[int(random.integers(len(routes)))]
         lane = int(random.integers(route.lanes)) if self.all_lanes else 0
         along = self.free_place(sim, route, lane, random)
+        every = frame_steps(sim)
         ego = sim.spawn_vehicle("car", route=route.name, lane=lane, along=along, name="ego", by_hand=True)
         ego.add_camera(
             CAMERA,
@@ -148,10 +164,10 @@ class Task:
             fov_y_degrees=self.fov_y_degrees,
             outputs=self.outputs,
             samples=1,
-            every=FRAME_STEPS,
+            every=every,
         )
-        ego.add_lane(LANE, at=(0.0, 0.0, 0.0), every=FRAME_STEPS)
-        ego.add_collision(TOUCH, every=FRAME_STEPS)
+        ego.add_lane(LANE, at=(0.0, 0.0, 0.0), every=every)
+        ego.add_collision(TOUCH, every=every)
         return Episode(sim, ego, speed_limits=[max(route.speed_limit, SLOWEST_ROAD) for route in sim.routes])
 
     def is_road(self, route: relief.Route) -> bool:
@@ -195,8 +211,9 @@ class Task:
         touches = any(contact.depth > 0.0 for contact in capture[f"ego/{TOUCH}"])
         # Where there are several lanes the sensor tells the nearest: beyond its edge is beside the road.
         left = not lane.valid or off >= 1.0
-        info = {"speed": lane.speed, "offset": lane.offset, "progress": along * FRAME_STEPS / 60.0}
-        late = episode.steps * FRAME_STEPS >= self.seconds * 60.0
+        info = {"speed": lane.speed, "offset": lane.offset, "progress": along * episode.frame_seconds}
+        # The last step that ends within the seconds, though its end is rounded.
+        late = episode.steps >= self.seconds / episode.frame_seconds - 1e-6
         terminated = bool(left or touches)
         return Outcome(float(reward), terminated, bool(late and not terminated), info)
 

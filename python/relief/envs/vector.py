@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 import relief
 
-from .tasks import FRAME_STEPS, Episode, Task, check_actions, task_of
+from .tasks import CAMERA, FRAME_SECONDS, Episode, Task, check_actions, task_of
 
 #: What becomes of environments whose episode has ended, by Gymnasium's names: reset by the next step, whose action does
 #: not count; within the step itself, with the last observation in ``info["final_obs"]``; or by `reset` alone.
@@ -37,7 +37,11 @@ def make_vec(
 
 class DrivingVectorEnv(gymnasium.vector.VectorEnv):
     """A task in several worlds. What environment i sees is, bit for bit, what a single one sees that was reset with the
-    seed of environment i, which is the seed given plus i: whatever the number of environments and of threads."""
+    seed of environment i, which is the seed given plus i: whatever the number of environments and of threads.
+
+    ``render_mode="rgb_array"``: `render` gives what the cameras saw last. Worlds are loaded by the first `reset`: until
+    then the process may be forked.
+    """
 
     def __init__(
         self,
@@ -45,35 +49,37 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: Any = "NextStep",
-        render_mode: None = None,
+        render_mode: str | None = None,
         **options: Any,
     ) -> None:
         # Gymnasium closes what is deleted, also where nothing came of it.
         self._sims: list[relief.Sim] = []
         if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ValueError(f"num_envs: expected a whole number from 1, found {num_envs!r}")
-        if render_mode is not None:
-            raise ValueError(f"render_mode: expected None, found {render_mode!r}: observations are pictures")
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: expected None or 'rgb_array', found {render_mode!r}")
         self.num_envs = num_envs = int(num_envs)
-        self.render_mode = None
+        self.render_mode = render_mode
+        self._pictures: tuple[np.ndarray, ...] | None = None
         self.task = task_of(task, **options)
         self.mode = _mode(autoreset_mode)
         modes = getattr(gymnasium.vector, "AutoresetMode", None)
         mode = modes(self.mode) if modes is not None else self.mode
-        self.metadata = {"render_modes": [], "render_fps": 60 // FRAME_STEPS, "autoreset_mode": mode}
+        self.metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / FRAME_SECONDS), "autoreset_mode": mode}
         self.single_observation_space = self.task.observation_space()
         self.single_action_space = self.task.action_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        first = self.task.load()
-        self._sims = [first, *(first.fresh() for _ in range(num_envs - 1))]
         self._random: dict[int, np.random.Generator] = {}
         self._episodes: dict[int, Episode] = {}
         self._ended = np.zeros(num_envs, dtype=bool)
 
     @property
     def sims(self) -> list[relief.Sim]:
-        """The worlds."""
+        """The worlds, which are loaded if they are not there yet."""
+        if not self._sims:
+            first = self.task.load()
+            self._sims = [first, *(first.fresh() for _ in range(self.num_envs - 1))]
         return list(self._sims)
 
     def reset(
@@ -87,7 +93,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         for i in np.flatnonzero(which).tolist():
             self._begin(i, seeds[i])
         self._ended &= ~which
-        captures = relief.capture_due(self._sims)
+        captures = relief.capture_due(self.sims)
         return self._observations(captures), {}
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
@@ -115,10 +121,10 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
     def _begin(self, i: int, seed: int | None = None) -> None:
         if seed is not None or i not in self._random:
             self._random[i], _ = seeding.np_random(seed)
-        self._episodes[i] = self.task.begin(self._sims[i], self._random[i])
+        self._episodes[i] = self.task.begin(self.sims[i], self._random[i])
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Drives all vehicles for a tenth of a second."""
+        """Drives all vehicles for a step of the task."""
         actions = check_actions(actions, (self.num_envs, 2))
         if len(self._episodes) < self.num_envs:
             raise gymnasium.error.ResetNeeded("expected reset() before step()")
@@ -131,7 +137,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
                 self._begin(i)
             else:
                 self.task.act(self._episodes[i], action)
-        relief.step(self._sims, np.where(begun, 0, FRAME_STEPS).tolist())
+        relief.step(self._sims, [0 if begun[i] else self._episodes[i].frame_steps for i in range(self.num_envs)])
         captures = relief.capture_due(self._sims)
         outcomes = [
             None if begun[i] else self.task.outcome(self._episodes[i], capture) for i, capture in enumerate(captures)
@@ -168,10 +174,16 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
 
     def _observations(self, captures: list[relief.Capture]) -> Any:
         """Of all environments, in arrays that nothing else has."""
+        if self.render_mode is not None:
+            self._pictures = tuple(capture[f"ego/{CAMERA}"].color for capture in captures)
         each: list[Any] = [self.task.observe(self._episodes[i], capture) for i, capture in enumerate(captures)]
         if isinstance(self.single_observation_space, gymnasium.spaces.Dict):
             return {key: np.stack([own[key] for own in each]) for key in self.single_observation_space}
         return np.stack(each)
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """What each camera saw last: uint8 (H, W, 3); ``None`` without a render mode."""
+        return None if self._pictures is None else tuple(picture.copy() for picture in self._pictures)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Gives back what the worlds take on the graphics device."""

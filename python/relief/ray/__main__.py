@@ -12,7 +12,7 @@ from pathlib import Path
 try:
     import ray
 except ImportError:
-    print("error: no Ray; expected pip install '.[ray]'", file=sys.stderr)
+    print("error: no Ray; expected pip install 'relief[ray]'", file=sys.stderr)
     sys.exit(2)
 
 from .cluster import BadInput, TaskError, connect
@@ -33,7 +33,7 @@ def _render(args: argparse.Namespace) -> int:
     job = str(Path(args.job).absolute())
     count = count_of_shards(job)
     # Workers have folders of their own. A bare name is looked for in the path.
-    relief = str(Path(args.relief).absolute()) if os.sep in args.relief else args.relief
+    relief = str(Path(args.relief).absolute()) if args.relief and os.sep in args.relief else args.relief
     _connect(args)
     code = INCOMPLETE
     for _ in range(args.rounds):
@@ -51,7 +51,7 @@ def _rollouts(args: argparse.Namespace) -> int:
     try:
         from .rollouts import Settings, claim, policy_of, rollouts
     except ImportError as error:
-        raise BadInput(f"{error}; expected pip install '.[gym]'") from None
+        raise BadInput(str(error)) from None
     settings = Settings(
         environment=args.environment,
         policy=args.policy,
@@ -135,7 +135,7 @@ def main(arguments: list[str] | None = None) -> int:
     of_render.add_argument("job", help="folder that relief split has made, seen by all machines")
     of_render.add_argument("-o", "--output", help="folder of what is put together [default: merged, in the job's]")
     of_render.add_argument("--cpus", type=_cpus, default=1, help="CPUs that a shard takes [default: 1]")
-    of_render.add_argument("--relief", default="relief", help="the program, on all machines [default: relief]")
+    of_render.add_argument("--relief", help="the program, on all machines [default: the package's]")
     of_render.add_argument("--rounds", type=_count, default=3, help="how often damaged ones are rendered [default: 3]")
     of_render.add_argument("--mixed", action="store_true", help="take shards of different kinds of machines")
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import ray
 
+from ..__main__ import COMMAND
 from .cluster import LOST_WORKERS, BadInput, results
 
 #: Exit code of ``relief`` for what no machine can do.
@@ -35,14 +36,19 @@ def _ending_with_parent() -> Callable[[], object] | None:
     return lambda: prctl(of_death, signal.SIGKILL)
 
 
+def _program(relief: str | None) -> tuple[str, ...]:
+    """The command that starts the program on this machine."""
+    return COMMAND if relief is None else (relief,)
+
+
 @ray.remote(max_retries=LOST_WORKERS)
-def _render(relief: str, job: str, shard: int) -> None:
+def _render(relief: str | None, job: str, shard: int) -> None:
     """Renders a shard. Raises BadInput; RuntimeError with what was said."""
-    command = [relief, "render", "--shard", f"{job}/shards.json:{shard}", "--resume"]
+    command = [*_program(relief), "render", "--shard", f"{job}/shards.json:{shard}", "--resume"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, preexec_fn=_ending_with_parent())
     except OSError as error:
-        raise RuntimeError(f"{relief}: {error.strerror}") from None
+        raise RuntimeError(f"{command[0]}: {error.strerror}") from None
     if done.returncode:
         said = done.stderr.strip() or f"relief ended with exit code {done.returncode}"
         raise (BadInput if done.returncode == BAD_INPUT else RuntimeError)(said)
@@ -51,7 +57,7 @@ def _render(relief: str, job: str, shard: int) -> None:
 def render(
     job: str,
     shards: Iterable[int],
-    relief: str = "relief",
+    relief: str | None = None,
     *,
     cpus: float = 1,
     gpus: float = 0,
@@ -63,7 +69,7 @@ def render(
     Args:
         job: folder of ``relief split``, the same path on all machines.
         shards: numbers of shards.
-        relief: the program, on all machines.
+        relief: the program, on all machines; ``None``: that of the package.
         cpus, gpus: what a shard takes of a machine; numbers below 1 share a GPU.
         attempts: how often a shard is tried that fails by itself; one whose machine is lost is begun anew besides.
         report: called after each shard with how many are done, and of how many.
@@ -79,7 +85,7 @@ def render(
 
 
 def merge(
-    job: str, output: str | None = None, relief: str = "relief", more: Sequence[str] = ()
+    job: str, output: str | None = None, relief: str | None = None, more: Sequence[str] = ()
 ) -> tuple[int, str]:
     """Puts the shards of a job together. Returns the exit code, and what was said on standard error.
 
@@ -87,7 +93,7 @@ def merge(
         output: folder, new or empty; by default ``JOB/merged``.
         more: options of ``relief merge``.
     """
-    command = [relief, "merge", job, *(["-o", output] if output else []), *more]
+    command = [*_program(relief), "merge", job, *(["-o", output] if output else []), *more]
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True)
     return done.returncode, done.stderr.strip()
 

@@ -3,11 +3,11 @@
 use crate::commands::arguments::{self, choice};
 use clap::Args;
 use clap::builder::TypedValueParser;
-use relief::maps::files::{self, Bits, Channel};
-use relief::maps::{
+use crate::maps::files::{self, Bits, Channel};
+use crate::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
 };
-use relief::output;
+use crate::output;
 use std::path::{Path, PathBuf};
 
 /// What every tool takes.

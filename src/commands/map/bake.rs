@@ -6,13 +6,13 @@ use crate::commands::arguments;
 use clap::Args;
 use clap::builder::TypedValueParser;
 use glam::{Affine3A, UVec2, Vec2};
-use relief::maps::bake::{
+use crate::maps::bake::{
     BakeOptions, Baked, MAX_SIDE, Reach, Role, Surface, Target, TileOptions, Wanted, bake as bake_maps, bake_tile,
     preview,
 };
-use relief::maps::files::{self, Bits};
-use relief::maps::{Advance, MapError};
-use relief::{name, output};
+use crate::maps::files::{self, Bits};
+use crate::maps::{Advance, MapError};
+use crate::{name, output};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use systems::assets::shapes;

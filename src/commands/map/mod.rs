@@ -13,9 +13,9 @@ use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HE
 use bake::{BAKE_HELP, BakeArgs, TILE_HELP, TileArgs};
 use clap::{Args, Subcommand};
 use glam::{Vec3, Vec4};
-use relief::maps::files::{self, Bits, Channel};
-use relief::maps::preview::{self, Shape, add_map};
-use relief::maps::{
+use crate::maps::files::{self, Bits, Channel};
+use crate::maps::preview::{self, Shape, add_map};
+use crate::maps::{
     Advance, MapError, NormalOptions, Raster, SpecularModel, SpecularOptions, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height, specular_from,
 };

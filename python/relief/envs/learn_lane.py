@@ -1,6 +1,6 @@
 """Learns to keep a lane, with no more than numpy beside Gymnasium.
 
-python examples/python/learn_lane.py [--seconds 60] [--environments 32]
+python -m relief.envs.learn_lane [--seconds 60] [--environments 32]
 
 The cross-entropy method (Rubinstein, 1999; for policies Szita and Lörincz, 2006): policies are drawn from a normal
 distribution, each drives once, and the distribution moves to the best of them. A policy is linear in how much greener

@@ -1,19 +1,30 @@
-"""Pictures of arrays, for the notebooks beside this file: with numpy and Pillow alone."""
+"""Pictures of what cameras give, for notebooks: arrays as images of Pillow.
+
+This needs Pillow: ``pip install 'relief[notebooks]'``.
+"""
 
 from __future__ import annotations
 
 import colorsys
+from typing import Any
 
 import numpy as np
-from PIL import Image
+from numpy.typing import NDArray
+
+from .extras import missing
+
+try:
+    from PIL import Image
+except ImportError as error:
+    raise missing(error, "notebooks") from None
 
 
-def of_color(color: np.ndarray) -> Image.Image:
+def of_color(color: NDArray[Any]) -> Image.Image:
     """Colours, uint8 (H, W, 3)."""
     return Image.fromarray(color)
 
 
-def of_depth(depth: np.ndarray, far: float = 100.0) -> Image.Image:
+def of_depth(depth: NDArray[Any], far: float = 100.0) -> Image.Image:
     """Distances in metres, (H, W): near is yellow, ``far`` and beyond dark blue, by their logarithm."""
     near = min(max(float(depth.min()), 0.1), far / 2)
     at = np.log(np.clip(depth, near, far) / near) / max(np.log(far / near), 1e-6)
@@ -30,14 +41,14 @@ def hue(number: int) -> tuple[int, int, int]:
     return (round(255 * r), round(255 * g), round(255 * b))
 
 
-def of_ids(ids: np.ndarray) -> Image.Image:
+def of_ids(ids: NDArray[Any]) -> Image.Image:
     """Whole numbers, (H, W): each in its own colour."""
     values, place = np.unique(ids, return_inverse=True)
     table = np.array([hue(int(value)) for value in values], np.uint8)
     return Image.fromarray(table[place.reshape(ids.shape)])
 
 
-def of_normals(normals: np.ndarray) -> Image.Image:
+def of_normals(normals: NDArray[Any]) -> Image.Image:
     """Unit vectors, (H, W, 3): 0.5 + 0.5 n."""
     return Image.fromarray(np.rint(255 * (0.5 + 0.5 * normals)).astype(np.uint8))
 

@@ -1,0 +1,23 @@
+"""The program ``relief``, as a script of the package and as ``python -m relief``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+from ._relief import run_program
+
+#: What starts the program on this machine, whatever is on the path.
+COMMAND = (sys.executable, "-m", "relief")
+
+
+def main() -> int:
+    """Does what the command line says. Returns the exit code."""
+    # As any other program it ends at once: the interpreter would wait until the command has ended.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return run_program(list(COMMAND), sys.argv[1:], Path(__file__).resolve().parent)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
