@@ -331,6 +331,54 @@ fn vehicles_of_a_generator_are_in_none_of_its_others() {
 }
 
 #[test]
+fn springs_that_a_step_does_not_hold_are_warned_of_with_the_bound() {
+    let of = |physical: &str, step: f64| {
+        let car = |name: &str| format!(r#"(name: "{name}", vehicle: (type: "box", physical: ({physical})))"#);
+        let clock = format!("clock: (step_seconds: {step})");
+        warnings_of(
+            "",
+            &format!(
+                "{}, {}",
+                car("one"),
+                car("two").replace("vehicle: (", "transform: (translation: (9, 0, 0)), vehicle: (")
+            ),
+            &clock,
+        )
+    };
+    let springs = |physical: &str, step: f64| {
+        let found = of(physical, step);
+        found.into_iter().filter(|warning| warning.contains("physical")).collect::<Vec<String>>()
+    };
+    for (physical, step) in
+        [("", 1.0), ("stiffness: 500000", 0.0166), ("stiffness: 5000000", 0.001), ("damping: 5000", 1.0)]
+    {
+        assert_eq!(springs(physical, step), Vec::<String>::new(), "{physical} {step}");
+    }
+    let found = springs("stiffness: 5000000", 1.0);
+    assert_eq!(found.len(), 1, "{found:?}");
+    for part in [
+        "\"one\": physical: stiffness: expected at most ",
+        " N/m under 1400 kg at a step of 0.0167 s",
+        "found 5000000",
+        "the same holds for 1 more",
+    ] {
+        assert!(found[0].contains(part), "{part}: {found:?}");
+    }
+    let bound: f64 = found[0]
+        .split("at most ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next())
+        .expect("a bound")
+        .parse()
+        .expect("a number");
+    // Within the bound nothing is said; its formula has one to three times n/m.
+    assert!((1400.0 * 3600.0 / 12.0..=1400.0 * 3600.0 / 4.0).contains(&bound), "{bound}");
+    assert_eq!(springs(&format!("stiffness: {}", bound - 1.0), 1.0), Vec::<String>::new());
+    assert!(springs("stiffness: 100", 0.05)[0].contains("stiffness: expected at least"));
+    assert!(springs("damping: 100000000", 0.05)[0].contains("damping: expected at most"));
+}
+
+#[test]
 fn what_is_put_back_to_the_beginning_is_not_put_there_in_silence() {
     let vehicle = r#"(vehicle: (type: "box", route: "r"))"#;
     let routes = r#""r": (points: [(0, 0, 0), (0, 0, 500)]), "s": (points: [(9, 0, 0), (9, 0, 100)])"#;

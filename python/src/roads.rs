@@ -149,9 +149,8 @@ fn aspects(names: &Names, groups: usize) -> Outcome<Vec<Aspect>> {
         Names::One(all) => Ok(vec![aspect(all)?; groups]),
         Names::Several(each) if each.len() == groups => each.iter().map(aspect).collect(),
         Names::Several(other) => {
-            let found = other.len();
-            let message = format!("shows: expected a name, or a list of {groups}, one for each group, found {found}");
-            Err(Failure::value(message))
+            let found = if other.len() == 1 { "a list of 1".into() } else { other.len().to_string() };
+            Err(Failure::value(format!("shows: expected one name, or {groups}, one for each group, found {found}")))
         }
     }
 }

@@ -68,7 +68,7 @@ def test_paints_groups_and_ranges_that_are_not_there(road):
     road.spawn_vehicle("car", at=(90, 0, 0), paint=paints - 1)
     with pytest.raises(ValueError, match=f"paint: expected less than {paints}, found 99"):
         road.spawn_vehicle("car", at=(0, 0, 0), paint=99)
-    with pytest.raises(ValueError, match="shows: expected a name, or a list of 2, one for each group, found 1"):
+    with pytest.raises(ValueError, match="shows: expected one name, or 2, one for each group, found a list of 1"):
         road.set_signal("crossing", ["red"])
     road.set_signal("crossing", "red")
     sun = road.lights[0]

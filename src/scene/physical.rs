@@ -38,7 +38,7 @@ pub fn warnings(world: &mut World) -> Vec<String> {
     found.sort_unstable_by_key(|row| row.0);
     let others = match found.len().saturating_sub(1) {
         0 => String::new(),
-        others => format!(" (and {others} other vehicles)"),
+        others => format!("; the same holds for {others} more"),
     };
     let first = found.into_iter().next();
     let told = first.map(|(_, entity, told)| (name::of_entity(world, entity), told));
