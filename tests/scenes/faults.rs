@@ -25,12 +25,12 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("(seed: 1, seed: 2)", "1:11: duplicate field \"seed\""),
         (
             "(entities: [(name: \"c\", sensor: camera()), (children: [(name: \"c\", sensor: lidar())])])",
-            "1:70: entities[1].children[0].sensor: duplicate sensor name \"c\": entities[0].sensor has it, too",
+            "1:76: entities[1].children[0].sensor: duplicate sensor name \"c\": entities[0].sensor has it, too",
         ),
         (
             "(entities: [(name: \"a\", instance: true, children: [(name: \"c\", sensor: camera()), (name: \"c\", sensor: \
              imu())])])",
-            "1:93: entities[0].children[1].sensor: duplicate sensor name \"a/c\": entities[0].children[0].sensor has it, \
+            "1:103: entities[0].children[1].sensor: duplicate sensor name \"a/c\": entities[0].children[0].sensor has it, \
              too",
         ),
         (
