@@ -36,7 +36,8 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         (
             "(generators: [(place: grid(counts: (2, 1, 1), spacing: (1, 1, 1)), entity: (children: [(name: \"c\", \
              sensor: camera())]))])",
-            "generators[0].entity: expected `instance: true`: by names of things",
+            "1:76: generators[0].entity: expected `instance: true`: by names of things the sensors of one copy are told \
+             from those of another",
         ),
         ("(generators: [()])", "1:16: missing field \"place\""),
         ("(lights: (tolerance: 1.5))", "1:22: lights.tolerance: expected a number from 0 to 1, found 1.5"),
