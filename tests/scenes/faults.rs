@@ -25,18 +25,19 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("(seed: 1, seed: 2)", "1:11: duplicate field \"seed\""),
         (
             "(entities: [(name: \"c\", sensor: camera()), (children: [(name: \"c\", sensor: lidar())])])",
-            "1:70: entities[1].children[0].sensor: duplicate sensor name \"c\": entities[0].sensor has it, too",
+            "1:76: entities[1].children[0].sensor: duplicate sensor name \"c\": entities[0].sensor has it, too",
         ),
         (
             "(entities: [(name: \"a\", instance: true, children: [(name: \"c\", sensor: camera()), (name: \"c\", sensor: \
              imu())])])",
-            "1:93: entities[0].children[1].sensor: duplicate sensor name \"a/c\": entities[0].children[0].sensor has it, \
+            "1:103: entities[0].children[1].sensor: duplicate sensor name \"a/c\": entities[0].children[0].sensor has it, \
              too",
         ),
         (
             "(generators: [(place: grid(counts: (2, 1, 1), spacing: (1, 1, 1)), entity: (children: [(name: \"c\", \
              sensor: camera())]))])",
-            "generators[0].entity: expected `instance: true`: by names of things",
+            "1:76: generators[0].entity: expected `instance: true`: by names of things the sensors of one copy are told \
+             from those of another",
         ),
         ("(generators: [()])", "1:16: missing field \"place\""),
         ("(lights: (tolerance: 1.5))", "1:22: lights.tolerance: expected a number from 0 to 1, found 1.5"),
