@@ -104,15 +104,18 @@ fn too_many_suns(world: &mut World) -> Option<String> {
     let mut suns: Vec<f32> = world.query::<&Light>().iter(world).filter(|light| casts(light)).map(luminance).collect();
     suns.sort_unstable_by(|a, b| b.total_cmp(a));
     let (count, most) = (suns.len(), ShadowLights::MOST_SUNS);
-    let (last, next) = (*suns.get(most - 1)?, *suns.get(most)?);
-    let ending = if last == next {
-        ", of equally bright ones those that come first".to_owned()
-    } else {
-        // Fainter than it is shown.
-        let percent = (100.0 * fade(last, next)).floor();
-        if percent >= 99.0 { String::new() } else { format!("; the faintest of these counts by {percent} %") }
-    };
-    Some(format!("{count} directional lights are to cast shadows; only the {most} brightest do{ending}"))
+    let last = *suns.get(most - 1)?;
+    let mut others = suns.get(most..)?.iter();
+    let mut told = format!("{count} directional lights are to cast shadows; only the {most} brightest do");
+    if *others.as_slice().first()? == last {
+        told += ", of equally bright ones those that come first";
+    }
+    // Fainter than it is by itself, since another is nearly as bright.
+    let percent = (100.0 * fade(last, others.find(|next| **next < last).copied().unwrap_or(0.0))).floor();
+    if percent < 99.0 {
+        told += &format!("; the shadow of the faintest of these counts by {percent} %");
+    }
+    Some(told)
 }
 
 /// A word about each name of a model's camera that an earlier one has; the scene's own have been checked.

@@ -94,7 +94,7 @@ fn nodes_and_instances_that_are_too_far_away_are_refused() {
         with_triangle(change).err().map(|error| error.to_string()).unwrap_or_default()
     };
     let node = told(|d| d["nodes"][0]["translation"] = json!([0, 2e7, 0]));
-    assert!(node.contains("nodes[0]") && node.contains("2e7 m") && node.contains("10000 km"), "{node}");
+    assert!(node.contains("nodes[0]") && node.contains("2.0e7 m") && node.contains("10000 km"), "{node}");
     let instances = told(|d| {
         let places = floats(&[0.0, 0.0, 0.0, 0.0, 1e20, 0.0]);
         let places = push_accessor(d, &places, json!({ "componentType": 5126, "count": 2, "type": "VEC3" }));
