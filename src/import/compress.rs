@@ -14,9 +14,9 @@ use systems::ecs::parallel::map_in_parallel;
 pub const LEAST_PSNR: f64 = 38.0;
 
 /// Decibels: what every block of the finest level keeps at least. A patch of noise in a smooth picture leaves the mean as
-/// it is, and shows all the same. At 26 a byte of the block is off by 13 in the root of the mean square, a twentieth of
-/// the range; in blocks that are that busy less is hidden by what is in them.
-pub const LEAST_BLOCK_PSNR: f64 = 26.0;
+/// it is, and shows all the same. At 24 a byte of the block is off by 16 in the root of the mean square, a sixteenth
+/// of the range, which what is in a block that is as busy still hides.
+pub const LEAST_BLOCK_PSNR: f64 = 24.0;
 
 /// Texels of the smallest images that are worth it.
 const FEWEST_TEXELS: u32 = 64 * 64;
