@@ -5,7 +5,7 @@ use crate::capture::Capture;
 use crate::errors::{Failure, Outcome};
 use crate::fields;
 use crate::world::{Scene, Shared, World};
-use pyo3::exceptions::PyUserWarning;
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use relief::bevy_ecs::prelude::Entity as BevyEntity;
@@ -16,7 +16,7 @@ use relief::systems::run::standard_inputs::NextMeshVariant;
 use relief::systems::run::state_hash;
 use relief::systems::sensors::Classes;
 use std::ffi::CString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Steps of a call.
@@ -61,6 +61,20 @@ pub fn warn(py: Python<'_>, warnings: &[String]) -> PyResult<()> {
     warnings.iter().try_for_each(|warning| PyErr::warn(py, &category, &CString::new(warning.replace('\0', " "))?, 1))
 }
 
+/// Says where a scene of the package is, to who names it by its file's name alone.
+fn of_package(py: Python<'_>, scene: &Path) -> PyResult<()> {
+    let Some(name) = scene.file_name().filter(|_| !scene.exists()) else { return Ok(()) };
+    let own: PathBuf =
+        py.import("relief")?.getattr("assets")?.call0()?.call_method1("joinpath", ("scenes", name))?.extract()?;
+    if !own.is_file() {
+        return Ok(());
+    }
+    let name = name.to_string_lossy();
+    let message = format!("{}: No such file; the package's is relief.assets() / \"scenes/{name}\"", scene.display());
+    let class = py.import("relief.errors")?.getattr("SceneError")?;
+    Err(PyErr::from_value(class.call1((message,))?))
+}
+
 /// Of several arguments, each a name.
 fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
     names.iter().enumerate().map(|(i, name)| required(&format!("names[{i}]"), &name)).collect()
@@ -83,6 +97,7 @@ impl Sim {
         let (scene, seed) = (optional::<PathBuf>("scene", scene)?, optional::<u64>("seed", seed)?);
         crate::device::check_process()?;
         let scene = scene.map_or_else(|| field(py), Ok)?;
+        of_package(py, &scene)?;
         let made = py.detach(|| Ok::<_, Failure>(World::new(Arc::new(Scene::load(&scene, overrides)?), seed)));
         Ok(Self::of(made?))
     }
@@ -206,6 +221,21 @@ impl Sim {
     /// Another world of the scene in the same state, which shares its meshes and images.
     fn fork(&self, py: Python<'_>) -> PyResult<Self> {
         self.with(py, World::fork).map(Self::of)
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        self.fork(py)
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.fork(py)
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "worlds cannot be pickled: use sim.fork() for a copy in this process, and sim.snapshot(), whose bytes \
+             another world of the scene takes by restore()",
+        ))
     }
 
     /// Another world of the scene as it begins, which shares its meshes and images. `seed`: in the place of this one's.

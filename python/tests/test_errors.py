@@ -30,6 +30,8 @@ def test_a_scene_that_is_not_there(tmp_path):
     with pytest.raises(relief.SceneError, match="No such file") as caught:
         relief.Sim(tmp_path / "none.ron")
     assert caught.value.line is None
+    with pytest.raises(relief.SceneError, match=r'relief.assets\(\) / "scenes/town.ron"'):
+        relief.Sim("town.ron")
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 """Worlds: what is spawned, changed and driven; steps, hashes, snapshots, forks and recordings."""
 
+import copy
 import gc
 import math
+import pickle
 import re
 import threading
 import time
@@ -443,3 +445,16 @@ def test_what_looks_down_has_its_top_as_far_up_as_can_be(field):
         np.testing.assert_allclose(found, [(-1, 0, 0), (0, 0, -down), (0, down, 0)], atol=1e-6)
         turned = field.add_camera(f"pitched {down}", at=(0, 9, 0), pitch=pitch).transform
         np.testing.assert_allclose(np.array([turned[:3, 0], turned[:3, 1], -turned[:3, 2]]), found, atol=1e-6)
+
+
+def test_copies_are_forks_and_pickling_names_what_to_use():
+    sim = relief.Sim(seed=3)
+    sim.spawn_vehicle("car", at=(0, 0, 0), name="ego")
+    sim.step(5)
+    shallow, (deep,) = copy.copy(sim), copy.deepcopy([sim])
+    assert shallow.hash() == deep.hash() == sim.hash()
+    sim.step(1)
+    assert shallow.hash() == deep.hash() != sim.hash()
+    for text in (r"fork\(\)", r"snapshot\(\)"):
+        with pytest.raises(TypeError, match=text):
+            pickle.dumps(sim)

@@ -335,7 +335,7 @@ fn placed(faults: Vec<Fault>, path: &Path, text: &str) -> Vec<Problem> {
 }
 
 fn read_text(path: &Path) -> Result<String, Problem> {
-    let metadata = std::fs::metadata(path).map_err(|e| problem(path, None, e))?;
+    let metadata = std::fs::metadata(path).map_err(|e| problem(path, None, format!("{e}{}", shipped(path, &e))))?;
     if !metadata.is_file() {
         return Err(problem(path, None, "expected a file"));
     }
@@ -442,6 +442,16 @@ fn clock(c: &format::Clock) -> Clock {
     let mut clock = Clock::default();
     (clock.step_seconds, clock.speed, clock.paused) = (c.step_seconds, c.speed, c.paused);
     clock
+}
+
+/// Where the project's own scenes are, seen from a checkout.
+const SHIPPED: &str = "assets/scenes";
+
+/// A hint for who names a scene of the project by its file's name alone.
+fn shipped(path: &Path, error: &std::io::Error) -> String {
+    let other = Path::new(SHIPPED).join(path.file_name().unwrap_or_default());
+    let is_other = error.kind() == std::io::ErrorKind::NotFound && path.file_name().is_some() && other.is_file();
+    if is_other { format!("; did you mean {}?", other.display()) } else { String::new() }
 }
 
 fn problem(path: &Path, line_column: Option<(usize, usize)>, message: impl fmt::Display) -> Problem {

@@ -21,7 +21,7 @@ use std::collections::HashMap;
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
-use systems::lights::{Light, LightKind, LightPolicies, NoShadow, ShadowLights};
+use systems::lights::{LUMINANCE, Light, LightKind, LightPolicies, NoShadow, ShadowLights, fade};
 use systems::sensors::{Classes, Instance};
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
@@ -98,10 +98,24 @@ fn shadows_without_end(world: &mut World) -> Option<String> {
 
 /// A word about directional lights that cast no shadows, though they are to.
 fn too_many_suns(world: &mut World) -> Option<String> {
-    let casts = |light: &Light| light.shadows && light.kind == LightKind::Directional;
-    let count = world.query::<&Light>().iter(world).filter(|light| casts(light)).count();
-    let most = ShadowLights::MOST_SUNS;
-    (count > most).then(|| format!("{count} directional lights are to cast shadows; only the {most} brightest do"))
+    let casts = |light: &Light| light.shadows && light.enabled && light.kind == LightKind::Directional;
+    let luminance =
+        |light: &Light| (light.color * light.intensity).abs().dot(LUMINANCE).max(light.ambient.abs().dot(LUMINANCE));
+    let mut suns: Vec<f32> = world.query::<&Light>().iter(world).filter(|light| casts(light)).map(luminance).collect();
+    suns.sort_unstable_by(|a, b| b.total_cmp(a));
+    let (count, most) = (suns.len(), ShadowLights::MOST_SUNS);
+    let last = *suns.get(most - 1)?;
+    let mut others = suns.get(most..)?.iter();
+    let mut told = format!("{count} directional lights are to cast shadows; only the {most} brightest do");
+    if *others.as_slice().first()? == last {
+        told += ", of equally bright ones those that come first";
+    }
+    // Fainter than it is by itself, since another is nearly as bright.
+    let percent = (100.0 * fade(last, others.find(|next| **next < last).copied().unwrap_or(0.0))).floor();
+    if percent < 99.0 {
+        told += &format!("; the shadow of the faintest of these counts by {percent} %");
+    }
+    Some(told)
 }
 
 /// A word about each name of a model's camera that an earlier one has; the scene's own have been checked.

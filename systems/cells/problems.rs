@@ -13,8 +13,12 @@ use glam::Vec3;
 
 /// Metres by which a portal may be bent.
 const BENT: f32 = 0.005;
-/// Metres that a portal may be away from a cell.
-const AWAY: f32 = 0.1;
+/// Metres that a portal may be away from a cell's wall: what is further apart is outside, and light is lost there.
+const APART: f32 = 0.001;
+/// Metres that a portal may reach beyond a cell's wall, along that.
+const BEYOND: f32 = 0.1;
+/// The cosine of the angle to a portal below which a wall is beside it rather than along it.
+const ALONG: f32 = 0.7;
 /// Metres that cells may reach into each other, and of portals that lie over each other.
 const OVERLAP: f32 = 0.05;
 /// Metres: a thinner object is a sheet.
@@ -62,14 +66,20 @@ fn of_opening(cells: &Cells, opening: &Opening) -> Vec<String> {
     for number in opening.between {
         match cells.cell(number) {
             Some(cell) => {
-                let away = polygon.iter().map(|p| -cell.depth(*p)).fold(0.0, f32::max);
-                if away > AWAY {
-                    found.push(format!("does not touch cells[{:?}]: {away:.2} m away", cell.name));
+                let [apart, beyond] = outside(polygon, normal, cell);
+                // What coordinates round by, of portal and wall.
+                let rounding = 2.0 * f32::EPSILON * polygon.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+                if apart > APART + rounding {
+                    let (name, gap) = (&cell.name, 1000.0 * apart);
+                    let gap = if gap < 10.0 { format!("{gap:.1}") } else { format!("{gap:.0}") };
+                    found.push(format!("does not touch cells[{name:?}]: {gap} mm away; what is between is outside"));
+                } else if beyond > BEYOND {
+                    found.push(format!("reaches {beyond:.2} m beyond cells[{:?}]", cell.name));
                 }
             }
             None => {
                 // Outside is on one side of it.
-                let beyond = [1.0, -1.0].map(|side| cells.at(center + normal * (side * 2.0 * AWAY)));
+                let beyond = [1.0, -1.0].map(|side| cells.at(center + normal * (side * 2.0 * BEYOND)));
                 if let (false, Some(cell)) = (beyond.contains(&OUTSIDE), cells.cell(beyond[0])) {
                     found.push(format!("does not lead outside: cells[{:?}] is there", cell.name));
                 }
@@ -77,6 +87,15 @@ fn of_opening(cells: &Cells, opening: &Opening) -> Vec<String> {
         }
     }
     found
+}
+
+/// Metres by which a portal is outside a cell: by walls along it, and by those beside it.
+fn outside(polygon: &[Vec3], normal: Vec3, cell: &Cell) -> [f32; 2] {
+    let (along, beside): (Vec<&Plane>, _) = cell.planes.iter().partition(|p| p.normal.dot(normal).abs() > ALONG);
+    [along, beside].map(|walls| {
+        let distances = polygon.iter().flat_map(|p| walls.iter().map(|wall| -wall.distance(*p)));
+        distances.fold(0.0, f32::max)
+    })
 }
 
 fn lie_over_each_other(a: &[Vec3], b: &[Vec3]) -> bool {
@@ -152,7 +171,9 @@ mod tests {
             found,
             [
                 "portals[0]: its polygon is not planar, by 20 mm",
-                "portals[1]: does not touch cells[\"a\"]: 0.50 m away",
+                "portals[0]: does not touch cells[\"a\"]: 80 mm away; what is between is outside",
+                "portals[1]: does not touch cells[\"a\"]: 500 mm away; what is between is outside",
+                "portals[2]: does not touch cells[\"a\"]: 20 mm away; what is between is outside",
                 "portals[2]: lies over portals[0]",
                 "portals[3]: does not lead outside: cells[\"a\"] is there",
                 "portals[4]: its polygon is not convex",
@@ -161,5 +182,34 @@ mod tests {
         );
         let into = [rooms[0].clone(), cell("c", [3.5, 0.0, 0.0], [8.0, 3.0, 4.0])];
         assert_eq!(problems(&into, &[]), ["cells[\"c\"]: overlaps cells[\"a\"] by 0.50 m; cells have to be disjoint"]);
+    }
+
+    #[test]
+    fn portals_beside_their_cells_are_said_with_their_distance() {
+        let of = |gap: f32, change: fn(&mut Vec<Vec3>)| {
+            // Cells that end at the inner faces of a wall around x = 4, and a portal in its middle.
+            let rooms = [cell("a", [0.0; 3], [4.0 - gap, 3.0, 4.0]), cell("b", [4.0 + gap, 0.0, 0.0], [8.0, 3.0, 4.0])];
+            let mut door = door(4.0, 1.0, [1, 2]);
+            change(&mut door.polygon);
+            problems(&rooms, &[door])
+        };
+        let both = |gap: &str| {
+            ["a", "b"].map(|cell| {
+                format!("portals[0]: does not touch cells[{cell:?}]: {gap} mm away; what is between is outside")
+            })
+        };
+        let none: [String; 0] = [];
+        assert_eq!(of(0.0, |_| ()), none);
+        assert_eq!(of(0.0005, |_| ()), none, "within a millimetre they touch");
+        assert_eq!(of(0.002, |_| ()), both("2.0"));
+        assert_eq!(of(0.1, |_| ()), both("100"));
+        // Tilted about its lower edge: its upper one is 30 cm within one room, and as far from the other.
+        let tilted = |polygon: &mut Vec<Vec3>| polygon.iter_mut().for_each(|p| p.x += 0.15 * p.y);
+        let found = of(0.0, tilted);
+        assert_eq!(found, both("300")[..1]);
+        // Larger than the wall that it is in: 0.5 m above the ceiling.
+        let high = |polygon: &mut Vec<Vec3>| polygon.iter_mut().for_each(|p| p.y *= 1.75);
+        let beyond = ["a", "b"].map(|cell| format!("portals[0]: reaches 0.50 m beyond cells[{cell:?}]"));
+        assert_eq!(of(0.0, high), beyond);
     }
 }

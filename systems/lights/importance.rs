@@ -24,7 +24,11 @@
 //! serves both, a lane at a time, which the compiler makes vectors of.
 //!
 //! Directional lights have maps of their own: [`rank_suns`] ranks them by their luminance, which is what arrives of them
-//! anywhere, and lets them fade by the same formula.
+//! anywhere. They fade by the same formula, but against the brightest of the others that is less bright: what is as
+//! bright to the bit is not about to overtake. So of five equal suns the four in the lower slots cast in full. A fifth
+//! that becomes brighter comes and goes without a step, but for the one frame in which it is equal, if there is one.
+//! Importances of lamps change with the eye, and pass through equality wherever a view is symmetric: of lamps whose last
+//! map is contested by an equal one, that one fades to nothing.
 
 use super::components::Light;
 use super::record::LightRecord;
@@ -332,23 +336,32 @@ pub fn rank(lights: &ShadowLights, view: &ShadowView, k: usize) -> Vec<Ranked> {
             }
         }
     }
-    ranked(&best.finish(), k)
+    let keys = best.finish();
+    let next = keys.get(k).map_or(0.0, |&key| importance_of(key));
+    ranked(&keys, k, |_| next)
 }
 
 /// The [`ShadowLights::MOST_SUNS`] brightest directional lights, brightest first, of equal ones the lower slot.
 pub fn rank_suns(lights: &ShadowLights) -> Vec<Ranked> {
     let mut keys: Vec<u64> = lights.suns.iter().map(|(&slot, &luminance)| key(luminance, slot)).collect();
     keys.sort_unstable_by(|a, b| b.cmp(a));
-    ranked(&keys, ShadowLights::MOST_SUNS)
+    let others = keys.get(ShadowLights::MOST_SUNS..).unwrap_or_default();
+    ranked(&keys, ShadowLights::MOST_SUNS, |importance| {
+        others.iter().map(|&key| importance_of(key)).find(|next| *next < importance).unwrap_or(0.0)
+    })
 }
 
-/// The first k of some keys, greatest first.
-fn ranked(keys: &[u64], k: usize) -> Vec<Ranked> {
-    let next = keys.get(k).map_or(0.0, |&key| importance_of(key));
+/// How much shadows of a light count, of which `next` is the next most important without a map.
+pub fn fade(importance: f32, next: f32) -> f32 {
+    let ratio = next / importance;
+    1.0 - (ratio * ratio) * (ratio * ratio)
+}
+
+/// The first k of some keys, greatest first. `next`: what one of some importance fades against.
+fn ranked(keys: &[u64], k: usize, next: impl Fn(f32) -> f32) -> Vec<Ranked> {
     let ranked = |&key: &u64| {
         let importance = importance_of(key);
-        let ratio = next / importance;
-        Ranked { slot: !(key as u32), importance, fade: 1.0 - (ratio * ratio) * (ratio * ratio) }
+        Ranked { slot: !(key as u32), importance, fade: fade(importance, next(importance)) }
     };
     keys.iter().take(k).map(ranked).collect()
 }

@@ -33,7 +33,7 @@ pub(crate) mod tree;
 pub use components::{Light, LightKind, NoShadow};
 pub use curve::along_the_curve;
 pub use floods::{LightFloods, update_floods};
-pub use importance::{DARK, Ranked, ShadowLight, ShadowLights, ShadowView, rank, rank_suns};
+pub use importance::{DARK, Ranked, ShadowLight, ShadowLights, ShadowView, fade, rank, rank_suns};
 pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;
 pub use policy::{LightPolicies, LightPolicy, Policies};

@@ -11,7 +11,7 @@ use systems::Simulation;
 use systems::draw::{Camera, Environment, Projection, View};
 use systems::lights::{
     DARK, Light, LightKind, LightRecord, LightSlot, LightTable, Ranked, ScoredLight, ShadowLight, ShadowLights,
-    ShadowView, irradiance, light_record, rank,
+    ShadowView, irradiance, light_record, rank, rank_suns,
 };
 use systems::space::{GlobalTransform, Transform};
 
@@ -234,4 +234,26 @@ fn a_world_without_shadows_has_no_list() {
     simulation.world.despawn(lamp);
     simulation.frame();
     assert_eq!(version(&simulation), 0);
+}
+
+/// Of equal suns the first cast in full; a fainter fifth takes of the fourth what the formula says.
+#[test]
+fn of_equal_suns_those_in_the_lower_slots_cast_in_full() {
+    let ranked = |brightness: &[f32]| {
+        let mut simulation = Simulation::new();
+        for &intensity in brightness {
+            let sun = Light { shadows: true, ..Light::directional(intensity) };
+            simulation.world.spawn((sun, Transform::IDENTITY));
+        }
+        simulation.frame();
+        rank_suns(simulation.world.resource::<LightTable>().shadow_lights())
+            .iter()
+            .map(|sun| (sun.slot, sun.fade))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(ranked(&[0.1; 5]), [(0, 1.0), (1, 1.0), (2, 1.0), (3, 1.0)]);
+    assert_eq!(ranked(&[0.1; 9]), ranked(&[0.1; 5]));
+    assert_eq!(ranked(&[0.5, 1.0, 1.0, 1.0, 1.0]), [1, 2, 3, 4].map(|slot| (slot, 0.9375)));
+    // The fourth of five equal ones fades as a sixth becomes as bright, and so do the others: 1 − (1/2)⁴.
+    assert_eq!(ranked(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.5]), [0, 1, 2, 3].map(|slot| (slot, 0.9375)));
 }

@@ -1,10 +1,14 @@
 //! glTF and GLB: read, looked through, and brought to the point where they could be drawn.
 
 use crate::{Place, repair};
+use glam::{DQuat, DVec3};
 use relief::import::load_model;
 use relief::prelude::{Simulation, Transform};
+use relief::sensors::{Pose, RayScene, lidar};
 use std::path::Path;
 use systems::assets::Library;
+use systems::sensors::philox::Noise;
+use systems::sensors::{Beam, Beams, LidarSensor};
 
 /// A document.
 pub fn gltf(place: &Place, bytes: &[u8]) {
@@ -29,8 +33,21 @@ fn read(path: &Path) {
             look_through(&model, &library);
             model.spawn(&mut simulation.world, Transform::IDENTITY);
             simulation.frame();
+            scan(&simulation);
         }
     }
+}
+
+/// Beams in all directions go through its trees.
+fn scan(simulation: &Simulation) {
+    let beam = |elevation_degrees: f32| Beam { elevation_degrees, ..Beam::default() };
+    let beams = Beams::List([-60.0, -20.0, 0.0, 30.0].map(beam).to_vec());
+    let sensor = LidarSensor { beams, columns: 30, ..LidarSensor::default() };
+    let mut rays = RayScene::default();
+    rays.update(simulation);
+    let pose = Pose { translation: DVec3::new(0.1, 2.0, 0.3), rotation: DQuat::IDENTITY };
+    let found = lidar::scan(&rays, &sensor, &[pose; 2], sensor.revolution(), Noise::new(1, 2, 3));
+    assert!(found.range.iter().all(|range| range.is_finite()), "a range is no number");
 }
 
 /// What has been loaded can be drawn without another look at it.

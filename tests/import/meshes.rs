@@ -59,3 +59,48 @@ fn morph_targets_stand_at_their_default_weights() {
     .unwrap();
     assert_eq!(first_mesh(&library).positions[0], Vec3::Z);
 }
+
+/// A vertex's place is refused where scenes refuse places, with mesh, vertex and file.
+#[test]
+fn vertices_that_are_too_far_away_are_refused() {
+    let load = |far: f32, scale: f32| {
+        with_triangle(|d| {
+            let positions = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, far, 0.0]);
+            let positions = push_accessor(d, &positions, json!({ "componentType": 5126, "count": 3, "type": "VEC3" }));
+            d["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(positions);
+            d["nodes"][0]["scale"] = json!([scale, scale, scale]);
+        })
+    };
+    let refused = |far, scale| load(far, scale).err().map(|error| error.to_string()).unwrap_or_default();
+    for far in [1e14, 1e20, -1e30, 1e38] {
+        let told = refused(far, 1.0);
+        for part in ["made.gltf", "meshes[0].primitives[0].attributes.POSITION", "vertex 2"] {
+            assert!(told.contains(part), "{far}: {told}");
+        }
+    }
+    for (far, scale) in [(1.5e7, 1.0), (-2.0, 1e7), (1e12, 1.0)] {
+        let told = refused(far, scale);
+        for part in ["made.gltf", "nodes[0]", "vertex at [0, ", "10000 km"] {
+            assert!(told.contains(part), "{far}: {told}");
+        }
+    }
+    // Millimetres, as the node says.
+    assert!(load(9e6, 1.0).is_ok() && load(9e9, 1e-3).is_ok());
+}
+
+#[test]
+fn nodes_and_instances_that_are_too_far_away_are_refused() {
+    let told = |change: fn(&mut serde_json::Value)| {
+        with_triangle(change).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let node = told(|d| d["nodes"][0]["translation"] = json!([0, 2e7, 0]));
+    assert!(node.contains("nodes[0]") && node.contains("2.0e7 m") && node.contains("10000 km"), "{node}");
+    let instances = told(|d| {
+        let places = floats(&[0.0, 0.0, 0.0, 0.0, 1e20, 0.0]);
+        let places = push_accessor(d, &places, json!({ "componentType": 5126, "count": 2, "type": "VEC3" }));
+        let attributes = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+        d["nodes"][0]["extensions"] = attributes;
+        d["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    });
+    assert!(instances.contains("nodes[0]") && instances.contains("10000 km"), "{instances}");
+}

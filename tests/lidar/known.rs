@@ -248,3 +248,29 @@ fn what_is_nearer_or_further_than_the_range_is_not_met() {
     assert_eq!(first((6.0, 29.7)), (u32::MAX, 0.0));
     assert_eq!(first((6.0, 29.8)), (index[2], 29.75));
 }
+
+/// A search over boxes that are not finite ends, and what lies beside such a mesh is met as ever.
+#[test]
+fn a_mesh_without_end_is_met_by_no_beam_and_keeps_none_from_what_is_there() {
+    let sound = {
+        let mut scene = Scene::new();
+        let white = scene.white();
+        scene.add(shapes::plane(Vec2::splat(40.0), UVec2::splat(5)), white, Transform::IDENTITY);
+        scene.scan(&lidar(&[-45.0, -20.0, 0.0], 36), at(0.0, 2.0, 0.0))
+    };
+    for far in [1e14, 1e16, 1e19, 1e20, 1e30, 1e38, f32::MAX, f32::INFINITY, f32::NAN] {
+        let mut scene = Scene::new();
+        let white = scene.white();
+        scene.add(shapes::plane(Vec2::splat(40.0), UVec2::splat(5)), white, Transform::IDENTITY);
+        let mut torn = shapes::plane(Vec2::splat(5.0), UVec2::splat(5));
+        torn.positions.iter_mut().for_each(|position| position.y -= 1.0);
+        torn.positions[8].x = far;
+        scene.add(torn, white, Transform::IDENTITY);
+        let scan = scene.scan(&lidar(&[-45.0, -20.0, 0.0], 36), at(0.0, 2.0, 0.0));
+        assert_eq!(scan.len(), sound.len(), "{far}");
+        if far.is_nan() || far > 1e15 {
+            assert!(scan.range == sound.range, "{far}");
+            assert!(far.is_nan() || scene.rays().warnings().left_out == 1, "{far}");
+        }
+    }
+}

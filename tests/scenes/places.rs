@@ -185,3 +185,32 @@ fn a_model_that_reaches_far_from_its_own_origin_is_a_warning() {
         }
     }
 }
+
+#[test]
+fn transforms_that_are_too_much_together_are_refused() {
+    let folder = Folder::new();
+    let nested = |outer: &str, inner: &str| {
+        folder.problems(&format!(
+            "(origin: (0, 0, 0), entities: [(transform: ({outer}), children: [(transform: ({inner}))])])"
+        ))
+    };
+    let far = nested("scale: 1000", "translation: (0, 0, 20000)");
+    assert!(far.iter().any(|p| p.contains("children[0].transform: expected a place within 10000000 m")), "{far:?}");
+    let large = nested("scale: 10000", "scale: 1000");
+    assert!(large.iter().any(|p| p.contains("expected scales of at most 1000000 together")), "{large:?}");
+    assert_eq!(nested("scale: 1000", "scale: 1000"), Vec::<String>::new());
+}
+
+#[test]
+fn five_suns_of_one_brightness_are_told_which_cast() {
+    let told = |last: f32| {
+        let sun = |intensity: f32| format!("(light: directional(intensity: {intensity}, shadows: true))");
+        let suns = [0.1, 0.1, 0.1, 0.1, last].map(sun).join(", ");
+        load(&format!("(entities: [{suns}])")).1.warnings.join("; ")
+    };
+    let begin = "5 directional lights are to cast shadows; only the 4 brightest do";
+    assert_eq!(told(0.1), format!("{begin}, of equally bright ones those that come first"));
+    // 1 − (1/2)⁴ is 0.9375.
+    assert_eq!(told(0.05), format!("{begin}; the shadow of the faintest of these counts by 93 %"));
+    assert_eq!(told(0.01), begin);
+}

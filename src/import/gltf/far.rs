@@ -14,7 +14,9 @@ pub fn check(model: &Model, meshes: &[Mesh], report: &mut Report) {
     for (index, model_from_node) in model.placed() {
         let node = &model.nodes[index];
         let metres = size(reach(node, &model_from_node, meshes));
-        if metres > FARTHEST && let Some(told) = beyond(node, &model_from_node, meshes) {
+        if metres > FARTHEST
+            && let Some(told) = beyond(node, &model_from_node, meshes)
+        {
             report.invalid(
                 format!("nodes[{index}]"),
                 format!("{told} from the model's origin: expected at most {:.0} km on each axis", FARTHEST / 1e3),
