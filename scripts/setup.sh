@@ -1,9 +1,10 @@
 # shellcheck shell=sh
 # Shared by scripts/demo and scripts/test, which source it: what this machine lacks, and installing it.
 #
-# The scripts speak of *things* (compiler, driver, x11, wayland, xvfb, python). `lacks` guesses whether a thing is missing,
-# `packages_for` knows its names in the package managers, `set_up` asks and installs before the long build. Whether
-# there is an adapter only the program itself knows, and `require_adapter` asks it once it is built.
+# The scripts speak of *things* (compiler, driver, x11, wayland, xvfb, python, validation, ffmpeg). `lacks` guesses
+# whether a thing is missing, `packages_for` knows its names in the package managers, `set_up` asks and installs before
+# the long build. Whether there is an adapter only the program itself knows, and `require_adapter` asks it once it is
+# built.
 
 # Debian keeps ldconfig out of a user's PATH; a shell older than the Rust installation does not have cargo yet.
 PATH="$PATH:/usr/sbin:/sbin:$HOME/.cargo/bin"
@@ -29,6 +30,7 @@ lacks() {
         wayland:Linux) ! has_libraries libwayland-client.so.0 libxkbcommon.so.0 ;;
         xvfb:Linux) ! { has Xvfb && has xdotool; } ;;
         python:Linux) ! { has_python python3 || has_python /usr/bin/python3; } ;;
+        ffmpeg:*) ! { has ffmpeg && has ffprobe; } ;;
         validation:Linux) [ ! -e /usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json ] ;;
         *) return 1 ;;
     esac
@@ -59,6 +61,7 @@ describe() {
         x11 | wayland) say 'the libraries that open a window' ;;
         xvfb) say 'Xvfb and xdotool (for the tests of the window)' ;;
         python) say 'Python with numpy and venv (for the tests of the map tools and of exported files)' ;;
+        ffmpeg) say 'ffmpeg (it makes films of pictures)' ;;
         validation) say 'the Vulkan validation layer (for the tests of the renderer)' ;;
     esac
 }
@@ -72,6 +75,7 @@ packages_for() {
         apt-get:xvfb) say xvfb xdotool ;;
         apt-get:python) say python3 python3-numpy python3-venv ;;
         apt-get:validation) say vulkan-validationlayers ;;
+        apt-get:ffmpeg) say ffmpeg ;;
         dnf:compiler) say gcc gcc-c++ ;;
         dnf:driver) say vulkan-loader mesa-vulkan-drivers ;;
         dnf:x11) say libX11 libX11-xcb libXcursor libXi libxkbcommon-x11 ;;
@@ -79,6 +83,7 @@ packages_for() {
         dnf:xvfb) say xorg-x11-server-Xvfb xdotool ;;
         dnf:python) say python3 python3-numpy ;;
         dnf:validation) say vulkan-validation-layers ;;
+        dnf:ffmpeg) say ffmpeg-free ;;
         pacman:compiler) say gcc ;;
         pacman:driver) say vulkan-icd-loader vulkan-swrast ;;
         pacman:x11) say libx11 libxcursor libxi libxkbcommon-x11 ;;
@@ -86,6 +91,7 @@ packages_for() {
         pacman:xvfb) say xorg-server-xvfb xdotool ;;
         pacman:python) say python python-numpy ;;
         pacman:validation) say vulkan-validation-layers ;;
+        pacman:ffmpeg) say ffmpeg ;;
     esac
 }
 

@@ -54,6 +54,10 @@ pub fn check(path: &Path) -> Result<(), VideoError> {
         return Ok(());
     }
     if let Err(reason) = ffmpeg() {
+        if !has_known_ending(path) {
+            let message = format!("cannot run ffmpeg, which may know it: {reason}");
+            return Err(VideoError::UnknownEnding { path: path.to_owned(), message });
+        }
         let instead = animation::instead_of(path);
         output::check_file(&instead)?;
         tracing::warn!(
@@ -91,6 +95,13 @@ pub fn warn_of_times(path: &Path, frames: Range<u64>, time: FrameTime) {
 /// Matroska's clock, as ffmpeg and most others set it.
 fn counts_milliseconds(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ["mkv", "webm"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// Endings of films that are known without ffmpeg, which knows more.
+const ENDINGS: [&str; 8] = ["mp4", "m4v", "mkv", "webm", "mov", "avi", "ogv", "mpg"];
+
+fn has_known_ending(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }
 
 /// Has ffmpeg make a film of two black pictures under a name with the same ending: of one it makes pictures, too.

@@ -44,15 +44,6 @@ fn unfinished(folder: &Path) -> Vec<PathBuf> {
     files.filter(|name| name.to_string_lossy().contains("part")).collect()
 }
 
-/// Whether ffmpeg and what reads its films are there; said aloud where not.
-fn has_ffmpeg() -> bool {
-    let has = ["ffmpeg", "ffprobe"].iter().all(|tool| Command::new(tool).arg("-version").output().is_ok());
-    if !has {
-        eprintln!("skipped: no ffmpeg");
-    }
-    has
-}
-
 /// What ffprobe says of fields of a film's only stream, one a line.
 fn probe(film: &Path, fields: &str) -> Vec<String> {
     let entries = format!("stream={fields}");
@@ -82,6 +73,14 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
         fs::read(folder.path().join("film.apng")).expect("an animation"),
     ));
     assert!(frames.and_then(|decoder| decoder.is_apng()).expect("a PNG"));
+    // A name that is none of a film is refused all the same.
+    for name in ["film.xyz", "film.jpg", "film"] {
+        let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
+        without.args(["render", "scene.ron", "-o", "none", "--frames", "3", "--size", "65x37", "--video", name]);
+        let output = without.current_dir(folder.path()).env("PATH", "").output().expect("the binary runs");
+        assert_fails(&output, 2, &[name, "unsupported video format", ".mp4", "cannot run ffmpeg"]);
+        assert!(!folder.path().join("none").exists(), "said before rendering");
+    }
 
     let run = |name: &str| film(folder.path(), "3", name);
     assert!(run("film.gif").status.success());
@@ -90,7 +89,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     assert_fails(&run("no/film.mp4"), 2, &["no/film.mp4: no such directory: no"]);
     assert!(!folder.path().join("out").exists(), "said before rendering");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
-    if !has_ffmpeg() {
+    if !common::has_ffmpeg() {
         return;
     }
     for name in ["film.xyz", "film.jpg", "film"] {
@@ -107,7 +106,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
 
 #[test]
 fn a_film_has_the_colours_of_its_frames_and_says_in_which_space() {
-    if common::gpu().is_none() || !has_ffmpeg() {
+    if common::gpu().is_none() || !common::has_ffmpeg() {
         return;
     }
     let folder = scene_folder();
@@ -156,7 +155,7 @@ fn a_film_has_the_colours_of_its_frames_and_says_in_which_space() {
 
 #[test]
 fn a_film_lasts_as_long_as_its_steps() {
-    if common::gpu().is_none() || !has_ffmpeg() {
+    if common::gpu().is_none() || !common::has_ffmpeg() {
         return;
     }
     let folder = scene_folder();
@@ -229,9 +228,11 @@ fn a_film_in_a_folder_of_others_is_refused_before_the_first_frame() {
     use std::os::unix::fs::PermissionsExt;
     let nobody = ["--reuid=65534", "--regid=65534", "--clear-groups"];
     let is_root = Command::new("setpriv").args(nobody).arg("true").output().is_ok_and(|output| output.status.success());
-    if common::gpu().is_none() || !is_root {
-        eprintln!("skipped: only root can become another user, with setpriv");
+    if common::gpu().is_none() {
         return;
+    }
+    if !is_root {
+        return common::skip("only root can become another user, with setpriv");
     }
     let folder = scene_folder();
     let (all, others) = (folder.path().to_owned(), folder.path().join("others"));

@@ -129,9 +129,7 @@ fn probe(film: &Path, fields: &str) -> String {
 
 #[test]
 fn each_output_of_a_camera_is_a_film_of_its_captures() {
-    let has = ["ffmpeg", "ffprobe"].iter().all(|tool| Command::new(tool).arg("-version").output().is_ok());
-    if !has || common::gpu().is_none() {
-        eprintln!("skipped: no ffmpeg");
+    if !common::has_ffmpeg() || common::gpu().is_none() {
         return;
     }
     let folder = scene_folder(SCENE);
@@ -157,10 +155,19 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
         return;
     }
     let folder = scene_folder(SCENE);
+    // Whatever programs are there, or none.
     let refused = |args: &[&str], needles: &[&str]| {
-        let output = relief(&[&["render", "scene.ron", "-o", "out"], args].concat(), folder.path());
-        assert_fails(&output, 2, needles);
-        assert!(!folder.path().join("out").exists(), "{args:?}");
+        for path in [std::env::var_os("PATH").unwrap_or_default(), folder.path().into()] {
+            let output = Command::new(env!("CARGO_BIN_EXE_relief"))
+                .args(["render", "scene.ron", "-o", "out"])
+                .args(args)
+                .current_dir(folder.path())
+                .env("PATH", &path)
+                .output()
+                .expect("the binary runs");
+            assert_fails(&output, 2, needles);
+            assert!(!folder.path().join("out").exists(), "{args:?}");
+        }
     };
     let coco = "format coco: expected a camera with color, instance and class; no sensor asked for is one";
     refused(&["--sensors", "ego/rear,post", "--format", "npy,coco"], &[coco]);

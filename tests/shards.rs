@@ -6,7 +6,7 @@ use common::{assert_fails, files, relief, scene_folder, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// A rig that turns, with cameras of two rhythms, a lidar that sweeps, an IMU and a receiver of GNSS; two things, one
 /// of which turns too, and is not seen all the time; a lidar by itself.
@@ -72,7 +72,7 @@ fn shards_of_sensors_are_together_what_one_process_writes() {
     }
     let home = scene_folder(SCENE);
     let folder = home.path();
-    let has_ffmpeg = Command::new("ffmpeg").arg("-version").output().is_ok();
+    let has_ffmpeg = common::has_ffmpeg();
     let formats = if has_ffmpeg { "png,npy,npz,exr,mcap,coco,kitti,video" } else { "png,npy,npz,exr,mcap,coco,kitti" };
     let options = ["--sensors", "all", "--format", formats, "--frames", "3..12"];
     done(&[&["render", "scene.ron", "-o", "one"], &options[..]].concat(), folder);

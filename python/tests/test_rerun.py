@@ -6,6 +6,7 @@ import types
 import numpy as np
 import pytest
 
+from conftest import needed
 from relief import rerun
 from relief.rerun import boxes_in_picture, boxes_in_space
 
@@ -101,8 +102,8 @@ def test_files_that_are_not_there_are_named(log, capsys):
 
 
 def test_a_byte_that_has_changed_is_found(tmp_path):
-    writer = pytest.importorskip("mcap.writer", reason="skipped: no mcap")
-    pytest.importorskip("mcap_ros2", reason="skipped: no mcap_ros2")
+    writer = needed("mcap.writer")
+    needed("mcap_ros2")
     path = tmp_path / "sensors.mcap"
     with open(path, "wb") as file:
         log = writer.Writer(file, compression=writer.CompressionType.NONE)

@@ -532,8 +532,7 @@ mod tests {
             Ok(gpu) => gpu,
             Err(error) => {
                 assert!(std::env::var_os("RELIEF_STRICT").is_none_or(|strict| strict == "0"), "{error}");
-                eprintln!("skipped: no graphics adapter");
-                return;
+                return eprintln!("skipped: no graphics adapter");
             }
         };
         let mut simulation = Simulation::new();

@@ -294,7 +294,8 @@ fn choose(job: &SensorJob, world: &mut World) -> Result<BTreeMap<String, Sensor>
     let chosen = known.iter().filter(|(name, _)| wanted.contains(name));
     let chosen: BTreeMap<String, Sensor> =
         chosen.filter_map(|(name, entity)| Some((name.clone(), world.get::<Sensor>(*entity)?.clone()))).collect();
-    run_info(job, &chosen, 0, world).check()?;
+    let info = run_info(job, &chosen, 0, world);
+    info.check()?;
     for (name, sensor) in &chosen {
         let left_out = files::left_out(sensor, &job.formats);
         if !left_out.is_empty() {
@@ -307,6 +308,7 @@ fn choose(job: &SensorJob, world: &mut World) -> Result<BTreeMap<String, Sensor>
             return Err(FrameError::NoPanoptic { sensor: name.clone(), id });
         }
     }
+    info.check_programs()?;
     Ok(chosen)
 }
 

@@ -61,10 +61,10 @@ pub(super) struct RunInfo<'a> {
 }
 
 impl RunInfo<'_> {
-    /// Whether the formats can be written, asked before anything is.
+    /// Whether the formats have something to hold, asked before anything is written.
     ///
     /// # Errors
-    /// [`FrameError`]: a format has nothing to hold, or a name or program is in its way.
+    /// [`FrameError`]: a format has nothing to hold, or a name is in its way.
     pub fn check(&self) -> Result<(), FrameError> {
         for &(name, format) in FileFormat::ALL.iter().filter(|(_, format)| self.formats.contains(format)) {
             let needs = match format {
@@ -80,10 +80,17 @@ impl RunInfo<'_> {
         if self.formats.contains(&FileFormat::Mcap) {
             check_names(self.sensors.keys())?;
         }
-        if self.formats.contains(&FileFormat::Video) {
-            video::check_encoder()?;
-        }
         Ok(())
+    }
+
+    /// Whether the programs are there that write formats, asked once the formats have not been refused.
+    ///
+    /// # Errors
+    /// [`FrameError::Video`].
+    pub fn check_programs(&self) -> Result<(), FrameError> {
+        // Of a part of a run there are pictures, which become films with those of the others.
+        let makes_films = self.formats.contains(&FileFormat::Video) && self.films.is_none();
+        if makes_films { Ok(video::check_encoder()?) } else { Ok(()) }
     }
 
     /// Begins what the formats ask for; the folder is there.

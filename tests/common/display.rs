@@ -52,8 +52,7 @@ impl Display {
     pub fn start(folder: &Path) -> Option<Self> {
         let missing = missing();
         if !missing.is_empty() {
-            assert!(!super::strict(), "missing: {}", missing.join(", "));
-            eprintln!("skipped: missing: {}", missing.join(", "));
+            super::skip(&format!("missing: {}", missing.join(", ")));
             return None;
         }
         let folder = folder.join("display");

@@ -2,10 +2,45 @@
 
 use std::path::PathBuf;
 
-/// Whether a missing adapter or missing test data fails a test rather than skipping it.
+/// Whether what is missing fails a test rather than skipping it.
 #[allow(dead_code)]
 pub fn strict() -> bool {
     std::env::var_os("RELIEF_STRICT").is_some_and(|v| v != "0")
+}
+
+/// Says why a test, or a part of it, is skipped.
+///
+/// # Panics
+/// In strict mode.
+#[allow(dead_code)]
+#[track_caller]
+pub fn skip(why: &str) {
+    assert!(!strict(), "{why}");
+    skip_always(why);
+}
+
+/// Says why a test, or a part of it, is skipped, in strict mode, too: for what no installation changes, such as what an
+/// adapter is.
+#[allow(dead_code)]
+pub fn skip_always(why: &str) {
+    use std::io::Write;
+    // Not by a macro: what these print is shown of failed tests alone.
+    let _ = writeln!(std::io::stderr(), "skipped: {why}");
+}
+
+/// Whether ffmpeg and what reads its films are there; said aloud where not.
+///
+/// # Panics
+/// In strict mode, where they are not.
+#[allow(dead_code)]
+#[track_caller]
+pub fn has_ffmpeg() -> bool {
+    let runs = |tool: &&str| std::process::Command::new(tool).arg("-version").output().is_ok();
+    let has = ["ffmpeg", "ffprobe"].iter().all(|tool| runs(&tool));
+    if !has {
+        skip("no ffmpeg");
+    }
+    has
 }
 
 /// The folder of test data: `RELIEF_TEST_DATA`, or `../shared/data` beside the project. `None`, said aloud, where there
@@ -20,8 +55,7 @@ pub fn test_data() -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    assert!(!strict(), "no test data at {}", folder.display());
-    eprintln!("skipped: no test data");
+    skip(&format!("no test data at {}", folder.display()));
     None
 }
 
@@ -34,8 +68,7 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
     match relief::renderer::Gpu::headless() {
         Ok(gpu) => Some(gpu),
         Err(error) => {
-            assert!(!strict(), "{error}");
-            eprintln!("skipped: no graphics adapter");
+            skip(&error.to_string());
             None
         }
     }
@@ -125,9 +158,7 @@ pub fn python(script: &str, modules: &[&str], args: &[&std::ffi::OsStr]) -> Opti
     let installed = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).with_file_name("tools").join("python/bin/python");
     let known = ["python3", "/usr/bin/python3", "python"].map(PathBuf::from);
     let Some(python) = std::iter::once(installed).chain(known).find(has_modules) else {
-        let missing = format!("no Python with {} (scripts/python-packages)", modules.join(", "));
-        assert!(!strict(), "{missing}");
-        eprintln!("skipped: {missing}");
+        skip(&format!("no Python with {} (scripts/python-packages)", modules.join(", ")));
         return None;
     };
     let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);

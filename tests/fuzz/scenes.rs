@@ -63,7 +63,12 @@ pub fn vehicle_types(place: &Place, bytes: &[u8]) {
 
 /// A scene or model that is drawn, where there is an adapter.
 pub fn drawn(place: &Place, bytes: &[u8]) {
-    static GPU: LazyLock<Option<Gpu>> = LazyLock::new(|| Gpu::headless().ok());
+    static GPU: LazyLock<Option<Gpu>> = LazyLock::new(|| {
+        let gpu = Gpu::headless();
+        let strict = std::env::var_os("RELIEF_STRICT").is_some_and(|strict| strict != "0");
+        assert!(!strict || gpu.is_ok(), "no graphics adapter to draw with");
+        gpu.ok()
+    });
     let is_model = bytes.starts_with(b"glTF") || bytes.trim_ascii_start().starts_with(b"{");
     let (folder, suffix) = if is_model { ("models", ".gltf") } else { ("scenes", ".ron") };
     let mut simulation = Simulation::new();
