@@ -32,8 +32,8 @@
 //! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
-//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error`, `shadow_error` and `technique_error`).
-//! `physics` and `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
+//! rigid bodies), `window` (`app`), `tools` (`bench`, `compare`, `gallery`, `light_error`, `maps`, `shadow_error` and
+//! `technique_error`), `cli` (the program `relief`). `physics`, `window` and `cli` bring `vehicles` with them.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 
@@ -44,6 +44,7 @@ pub mod app;
 pub mod bench;
 mod box_tree;
 pub mod check;
+#[cfg(feature = "tools")]
 pub mod compare;
 pub mod demo;
 pub mod export;
@@ -56,6 +57,7 @@ pub mod gallery;
 pub mod import;
 #[cfg(feature = "tools")]
 pub mod light_error;
+#[cfg(feature = "tools")]
 pub mod maps;
 pub mod name;
 pub mod output;

@@ -1,7 +1,9 @@
 //! What a command ends with when it is not done: a message, with the options that help, and an exit code.
 
+#[cfg(feature = "tools")]
 use relief::bench::BenchError;
 use relief::frames::FrameError;
+#[cfg(feature = "tools")]
 use relief::maps::MapError;
 use relief::output::OutputError;
 use relief::recording::RecordingError;
@@ -21,6 +23,7 @@ const INCOMPLETE: u8 = 4;
 const OTHER: u8 = 1;
 
 /// What to do about a colour image.
+#[cfg(feature = "tools")]
 const CHANNELS: &str =
     "--channel r, g, b, a or luminance takes one of them; relief map height guesses heights from colours";
 
@@ -98,6 +101,7 @@ impl From<ShardError> for Failure {
     }
 }
 
+#[cfg(feature = "tools")]
 impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
         let code = match &error {
@@ -117,6 +121,7 @@ impl From<BenchError> for Failure {
     }
 }
 
+#[cfg(feature = "tools")]
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
         let code = match &error {
@@ -157,7 +162,6 @@ fn code_of_frame(error: &FrameError) -> u8 {
         FrameError::Scene(_)
         | FrameError::NoCamera { .. }
         | FrameError::Render(_)
-        | FrameError::Compare(_)
         | FrameError::Import(_)
         | FrameError::NoMeshVariants { .. }
         | FrameError::NoSensors { .. }
@@ -172,6 +176,8 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::NoFrames { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
         | FrameError::Recording(RecordingError::Refused { .. }) => BAD_INPUT,
+        #[cfg(feature = "tools")]
+        FrameError::Compare(_) => BAD_INPUT,
         FrameError::Gpu(_) => NO_ADAPTER,
         FrameError::Output(error)
         | FrameError::Video(VideoError::Output(error))

@@ -1,8 +1,9 @@
 //! The commands: what each takes from the command line, its help, and what it does with the library.
 //!
 //! ```text
-//! run, render, replay, lights, shadows, gallery, compare, bench, map, check, info    a command each
+//! run, render, replay, check, info    a command each
 //! split, shard, merge    a run in parts, and one of these
+//! tools      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
 //! window     what `run` and `replay` show
 //! view       what several commands take;  arguments: how their values are read
 //! progress   bars on a terminal
@@ -11,35 +12,42 @@
 //! ```
 
 mod arguments;
+#[cfg(feature = "tools")]
 mod bench;
 mod check;
+#[cfg(feature = "tools")]
 mod compare;
 pub mod display;
 mod failure;
+#[cfg(feature = "tools")]
 mod frame_error;
+#[cfg(feature = "tools")]
 mod gallery;
 mod info;
+#[cfg(feature = "tools")]
 mod lights;
+#[cfg(feature = "tools")]
 mod map;
 mod merge;
 mod progress;
 mod render;
 mod replay;
 mod run;
+#[cfg(feature = "tools")]
 mod shadows;
 mod shard;
 mod split;
+#[cfg(feature = "tools")]
+mod tools;
+#[cfg(not(feature = "tools"))]
+#[path = "no_tools.rs"]
+mod tools;
 mod view;
 mod window;
 
-use bench::BenchArgs;
 use check::CheckArgs;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use compare::CompareArgs;
 use failure::Failure;
-use frame_error::FrameErrorArgs;
-use gallery::GalleryArgs;
-use map::MapArgs;
 use merge::MergeArgs;
 use render::RenderArgs;
 use replay::ReplayArgs;
@@ -117,23 +125,8 @@ pub enum Command {
     /// Replay a recorded run, in a window or as pictures
     #[command(after_help = replay::HELP)]
     Replay(ReplayArgs),
-    /// Compare a frame lit by each light policy with one lit by all lights: error figures and pictures
-    #[command(after_help = lights::HELP)]
-    Lights(FrameErrorArgs),
-    /// Compare a frame's shadows with traced ones: error figures and pictures
-    #[command(after_help = shadows::HELP)]
-    Shadows(shadows::ShadowErrorArgs),
-    /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
-    #[command(after_help = gallery::HELP)]
-    Gallery(GalleryArgs),
-    /// Compare bump techniques with displaced geometry: error, cost and pictures
-    #[command(after_help = compare::HELP)]
-    Compare(CompareArgs),
-    /// Benchmark a grid of bump-mapped objects under many lights, or any scene
-    #[command(after_help = bench::HELP)]
-    Bench(BenchArgs),
-    /// Make normal, height, horizon and other maps from images
-    Map(MapArgs),
+    #[command(flatten)]
+    Tool(tools::Tool),
     /// Validate scenes, models and images; exit code 2 on errors
     Check(CheckArgs),
     /// Print the graphics adapter, its driver and limits
@@ -143,11 +136,12 @@ pub enum Command {
 impl Command {
     /// Whether it shows a window where there is a display.
     pub fn shows_window(&self) -> bool {
-        match self {
+        let shows = match self {
             Self::Run(_) => true,
             Self::Replay(args) => args.output.is_none() && !args.check,
             _ => false,
-        }
+        };
+        shows && cfg!(feature = "window")
     }
 
     /// Does it; `started` is when the program started.
@@ -158,12 +152,7 @@ impl Command {
             Self::Split(args) => split::run(&args),
             Self::Merge(args) => merge::run(&args),
             Self::Replay(args) => replay::run(&args),
-            Self::Lights(args) => lights::run(&args),
-            Self::Shadows(args) => shadows::run(&args),
-            Self::Gallery(args) => gallery::run(&args),
-            Self::Compare(args) => compare::run(&args),
-            Self::Bench(args) => bench::run(&args, started),
-            Self::Map(args) => map::run(&args),
+            Self::Tool(tool) => tool.run(started),
             Self::Check(args) => check::run(&args),
             Self::Info => info::run(),
         }

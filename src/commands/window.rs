@@ -3,14 +3,20 @@
 use super::failure::Failure;
 use super::render::render;
 use super::view::{PictureArgs, ViewArgs};
+#[cfg(feature = "window")]
 use relief::app::{self, AppError};
-use relief::frames::{self, FrameError, FrameJob, Frames, LoadOptions};
+#[cfg(feature = "window")]
+use relief::frames::{self, FrameError, LoadOptions};
+use relief::frames::{FrameJob, Frames};
 use relief::recording::RunFiles;
 use std::path::{Path, PathBuf};
+#[cfg(feature = "window")]
 use systems::ecs::clock::Clock;
+#[cfg(feature = "window")]
 use systems::lights::LightPolicies;
 
 /// What is shown in a window.
+#[cfg_attr(not(feature = "window"), allow(dead_code))]
 pub struct WindowJob {
     pub scene: PathBuf,
     pub files: RunFiles,
@@ -25,7 +31,15 @@ pub struct WindowJob {
     pub pictures: PictureArgs,
 }
 
+/// Renders a picture, as there is no window in this program.
+#[cfg(not(feature = "window"))]
+pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    view.set_threads();
+    render_instead("the program was built without the feature \"window\"", job, view)
+}
+
 /// Shows it; without a display, renders a picture.
+#[cfg(feature = "window")]
 pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     view.set_threads();
     let load = LoadOptions { seed: job.seed, ..view.load() };
@@ -56,16 +70,19 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     };
     match app::run(options) {
         Ok(()) => Ok(()),
-        Err(AppError::NoDisplay(reason)) => {
-            eprintln!("no window: {reason}\nrendering a picture instead");
-            let folder = Path::new("relief-frames");
-            let frames =
-                if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
-            let pictures = job.pictures.job(&job.scene, folder, view);
-            render(&FrameJob { frames, run: job.files.clone(), ..pictures })
-        }
+        Err(AppError::NoDisplay(reason)) => render_instead(&reason.to_string(), job, view),
         Err(AppError::Gpu(error)) => Err(error.into()),
         Err(AppError::Render(error)) => Err(FrameError::from(error).into()),
         Err(AppError::Texels(error)) => Err(error.into()),
     }
+}
+
+/// Renders a picture in place of a window, and says why.
+fn render_instead(reason: &str, job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    eprintln!("no window: {reason}\nrendering a picture instead");
+    let frames = if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
+    let mut pictures = job.pictures.job(&job.scene, Path::new("relief-frames"), view);
+    // A replay may have another seed than its scene.
+    pictures.load.seed = job.seed;
+    render(&FrameJob { frames, run: job.files.clone(), ..pictures })
 }

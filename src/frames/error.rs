@@ -1,5 +1,6 @@
 //! What stops the rendering of frames, and everything built on it.
 
+#[cfg(feature = "tools")]
 use crate::compare::CompareError;
 use crate::import::ImportError;
 use crate::output::OutputError;
@@ -147,6 +148,7 @@ pub enum FrameError {
     #[error(transparent)]
     Import(#[from] ImportError),
     /// Pictures that cannot be compared.
+    #[cfg(feature = "tools")]
     #[error(transparent)]
     Compare(#[from] CompareError),
 }
