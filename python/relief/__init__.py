@@ -16,8 +16,14 @@ vehicles have +Z forward and +X to the left. Pictures have rows from the top.
 
 from __future__ import annotations
 
+import os
 import pathlib
 from typing import TYPE_CHECKING, Any
+
+# Nothing is drawn to a display. Mesa's Vulkan layer that sorts adapters would ask for one all the same, and say on
+# standard error that there is none; it is kept where it is told to choose an adapter, as it asks for none then.
+if not any(name in os.environ for name in ("MESA_VK_DEVICE_SELECT", "DRI_PRIME")):
+    os.environ.setdefault("NODEVICE_SELECT", "1")
 
 from . import errors
 from ._relief import (

@@ -1,5 +1,8 @@
 """Environments of Gymnasium: its own checks, resets of many at once, and errors."""
 
+import subprocess
+import sys
+import textwrap
 import warnings
 
 import numpy as np
@@ -31,6 +34,19 @@ def test_gymnasium_finds_nothing_wrong(id):
         warnings.simplefilter("error")
         check_env(env.unwrapped)
     env.close()
+
+
+def test_gymnasium_finds_them_without_an_import():
+    program = """
+        import gymnasium, sys
+        env = gymnasium.make("relief.envs:relief/LaneFollow-v0", size=(8, 8))
+        print(env.spec.id, env.reset(seed=1)[0].shape)
+        many = gymnasium.make_vec("relief.envs:relief/Traffic-v0", 2, size=(8, 8))
+        print(many.spec.id, many.reset(seed=1)[0]["state"].shape)
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "relief/LaneFollow-v0 (8, 8, 3)\nrelief/Traffic-v0 (2, 8)\n"
 
 
 def test_the_town_is_the_same_again():

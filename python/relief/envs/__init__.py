@@ -1,4 +1,5 @@
-"""Driving as environments of Gymnasium: ``import relief.envs`` registers them.
+"""Driving as environments of Gymnasium: ``import relief.envs`` registers them. In place of the import, the module may be
+named with the environment: ``gymnasium.make("relief.envs:relief/LaneFollow-v0")``.
 
 >>> import gymnasium, relief.envs
 >>> env = gymnasium.make("relief/LaneFollow-v0")
