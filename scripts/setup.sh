@@ -1,9 +1,10 @@
 # shellcheck shell=sh
 # Shared by scripts/demo and scripts/test, which source it: what this machine lacks, and installing it.
 #
-# The scripts speak of *things* (compiler, driver, x11, wayland, xvfb, python, validation, ffmpeg). `lacks` guesses whether a thing is missing,
-# `packages_for` knows its names in the package managers, `set_up` asks and installs before the long build. Whether
-# there is an adapter only the program itself knows, and `require_adapter` asks it once it is built.
+# The scripts speak of *things* (compiler, driver, x11, wayland, xvfb, python, validation, ffmpeg). `lacks` guesses
+# whether a thing is missing, `packages_for` knows its names in the package managers, `set_up` asks and installs before
+# the long build. Whether there is an adapter only the program itself knows, and `require_adapter` asks it once it is
+# built.
 
 # Debian keeps ldconfig out of a user's PATH; a shell older than the Rust installation does not have cargo yet.
 PATH="$PATH:/usr/sbin:/sbin:$HOME/.cargo/bin"

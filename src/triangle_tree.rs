@@ -145,6 +145,7 @@ impl TriangleTree {
     }
 
     /// Whether a ray meets anything up to `far`, from either side.
+    #[cfg(feature = "tools")]
     pub fn is_hit(&self, ray: &TreeRay, far: f32) -> bool {
         let mut is_hit = false;
         self.tree.traverse(&ray.boxes, far, &mut Open::default(), |leaf, [near, far], _| {

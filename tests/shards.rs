@@ -6,7 +6,7 @@ use common::{assert_fails, files, relief, scene_folder, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// A rig that turns, with cameras of two rhythms, a lidar that sweeps, an IMU and a receiver of GNSS; two things, one
 /// of which turns too, and is not seen all the time; a lidar by itself.

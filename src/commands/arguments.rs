@@ -1,10 +1,9 @@
 //! Values that several subcommands read from the command line.
 
-use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use crate::name;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
 use std::str::FromStr;
 use systems::assets::levels::LevelOfDetail;
 use systems::ecs::clock::SPEEDS;
@@ -45,8 +44,9 @@ where
 }
 
 /// Takes the name of a picture that is written as PNG.
-pub fn png() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| {
+#[cfg(feature = "tools")]
+pub fn png() -> impl TypedValueParser<Value = std::path::PathBuf> {
+    clap::builder::PathBufValueParser::new().try_map(|path| {
         let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
         if is_png { Ok(path) } else { Err("expected a name that ends in .png") }
     })

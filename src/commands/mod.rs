@@ -6,6 +6,7 @@
 //! ```text
 //! run, render, replay, check, info    a command each
 //! split, shard, merge    a run in parts, and one of these
+//! tools      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
 //! window     what `run` and `replay` show; without the feature `window`, a picture
 //! view       what several commands take;  arguments: how their values are read
 //! progress   bars on a terminal
