@@ -70,6 +70,7 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
 /// Renders a picture.
 #[cfg(not(feature = "window"))]
 pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    view.set_threads();
     instead("this build has none (feature `window`)", job, view)
 }
 
