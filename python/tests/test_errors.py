@@ -40,7 +40,7 @@ def test_a_scene_that_is_not_there(tmp_path):
         ({"size": (0, 4)}, "size: expected pixels from 1 to 16384, found 0"),
         ({"samples": 3}, "samples: expected 1 or 4, found 3"),
         ({"K": (1, 2, 3)}, "K: expected"),
-        ({"K": (50, 50, 8, 8), "fov_y_degrees": 60}, "expected one of K, fov_y_degrees and half_height"),
+        ({"K": (50, 50, 8, 8), "fov_y_degrees": 60}, "expected one of K, fov_y_degrees, fov_x_degrees and half_height"),
         ({"fov_y_degrees": 180}, "fov_y_degrees: expected a number"),
         ({"every": 2, "phase": 2}, "phase: expected less than every, which is 2, found 2"),
         ({"near": -1}, "near: expected metres"),
