@@ -19,7 +19,7 @@ pub fn techniques_path() -> PathBuf {
     shipped(TECHNIQUES)
 }
 
-/// Has [`shipped`] look into the folder of an installed package, which its program does not lie in. The first one counts.
+/// Has [`shipped`] look into the folder of an installed package, outside of which its program lies. The first counts.
 pub fn install_folder(folder: PathBuf) {
     _ = PACKAGE.set(folder);
 }
@@ -32,5 +32,10 @@ pub fn shipped(file: &str) -> PathBuf {
     let above = beside.iter().flat_map(|exe| exe.ancestors().skip(1)).map(|folder| folder.join(file));
     let built = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let installed = PACKAGE.get().map(|folder| folder.join(file));
-    std::iter::once(here.clone()).chain(installed).chain(above).chain([built]).find(|path| path.exists()).unwrap_or(here)
+    std::iter::once(here.clone())
+        .chain(installed)
+        .chain(above)
+        .chain([built])
+        .find(|path| path.exists())
+        .unwrap_or(here)
 }

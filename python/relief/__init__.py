@@ -68,7 +68,7 @@ def make_vec(task: str | Task, num_envs: int = 1, **options: Any) -> DrivingVect
 
 
 def assets() -> pathlib.Path:
-    """The folder of what comes with the package: ``field.ron``, the scenes of the notebooks, vehicle types and rigs of sensors."""
+    """The folder of what comes with the package: scenes, vehicle types, rigs of sensors, models and textures."""
     return pathlib.Path(__file__).resolve().parent / "assets"
 
 

@@ -96,13 +96,16 @@ class _Metered(TypedDict, total=False):
     key: float
     stops: float
 
+class _MeteredExposure(TypedDict):
+    metered: _Metered
+
 class _CameraArguments(_SensorArguments, total=False):
     size: Optional[Union[Tuple[int, int], Sequence[int], NDArray[Any]]]
     near: Optional[float]
     far: Optional[float]
     samples: Optional[int]
     outputs: Optional[Union[str, Sequence[str], NDArray[Any]]]
-    exposure: Optional[Union[float, Literal["scene", "metered"], Dict[Literal["metered"], _Metered]]]
+    exposure: Optional[Union[float, Literal["scene", "metered"], _MeteredExposure]]
     noise: Optional[_ImageNoise]
     K: Optional[ArrayLike]
     fov_y_degrees: Optional[float]
@@ -123,11 +126,13 @@ class _Grid(TypedDict):
     horizontal_degrees: float
     vertical_degrees: float
 
-_Beams = Union[
-    Literal["vlp16", "hdl32", "hdl64", "os1_64", "os1_128"],
-    Dict[Literal["grid"], _Grid],
-    Dict[Literal["list"], Sequence[_Beam]],
-]
+class _GridBeams(TypedDict):
+    grid: _Grid
+
+class _ListBeams(TypedDict):
+    list: Sequence[_Beam]
+
+_Beams = Union[Literal["vlp16", "hdl32", "hdl64", "os1_64", "os1_128"], _GridBeams, _ListBeams]
 
 class _LidarArguments(_SensorArguments, total=False):
     beams: Optional[_Beams]

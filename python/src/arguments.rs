@@ -248,7 +248,8 @@ impl<'a, 'py> Keywords<'a, 'py> {
     /// Nothing is left that has no meaning.
     pub fn finish(self) -> PyResult<()> {
         for name in self.given.into_iter().flat_map(|given| given.keys()) {
-            let name: String = name.extract()?;
+            let name: String =
+                name.extract().map_err(|_| wrong_type(&format!("{}names", self.of), "strings", &name))?;
             let known: Vec<&str> = self.known.iter().map(String::as_str).collect();
             if !known.contains(&name.as_str()) {
                 let synonym = SYNONYMS.iter().find(|(other, own)| *other == name && known.contains(own));

@@ -22,7 +22,7 @@ pub fn take<T: Default + Serialize + DeserializeOwned>(arguments: &mut Keywords<
         for (name, value) in fields.iter_mut().filter(|(_, value)| !value.is_object()) {
             if let Some(given) = arguments.get(name)? {
                 *value = like(name, value, &given)?;
-                if value.is_object() {
+                if value.is_object() || value.is_string() {
                     compound = format!("{name}: ");
                 }
             }
@@ -97,7 +97,9 @@ fn like(name: &str, default: &Value, given: &Bound<'_, PyAny>) -> PyResult<Value
         Value::Number(_) => required::<u32>(name, given)?.into(),
         Value::Array(numbers) if numbers.len() == 2 => required::<Numbers<2>>(name, given)?.0.to_vec().into(),
         Value::Array(_) => required::<Numbers<3>>(name, given)?.0.to_vec().into(),
-        Value::String(_) if given.is_instance_of::<PyDict>() => json(given, DEEPEST)?,
+        Value::String(_) if given.is_instance_of::<PyDict>() => {
+            json(given, DEEPEST).map_err(|error| Failure::value(format!("{name}: {error}")))?
+        }
         _ => required::<String>(name, given)?.into(),
     })
 }
@@ -123,7 +125,9 @@ fn json(given: &Bound<'_, PyAny>, deepest: usize) -> PyResult<Value> {
         return Ok(text.into());
     }
     if let Ok(dict) = given.cast::<PyDict>() {
-        let item = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| Ok((name.extract()?, json(&value, deeper)?));
+        let item = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            Ok((name.extract().map_err(|_| wrong_type("names", "strings", &name))?, json(&value, deeper)?))
+        };
         return Ok(Value::Object(dict.iter().map(item).collect::<PyResult<_>>()?));
     }
     if given.is_instance_of::<PyBytes>() {

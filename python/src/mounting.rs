@@ -16,8 +16,8 @@ use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::spawn::Spawn;
 use relief::systems::sensors::{
-    self, CameraOutput, CameraSensor, CollisionSensor, Exposure, GeoOrigin, GnssSensor, ImageNoise, ImuSensor, LaneSensor,
-    Lens, LidarSensor, SensorKind,
+    self, CameraOutput, CameraSensor, CollisionSensor, Exposure, GeoOrigin, GnssSensor, ImageNoise, ImuSensor,
+    LaneSensor, Lens, LidarSensor, SensorKind,
 };
 use std::sync::Arc;
 
@@ -101,7 +101,8 @@ impl CameraArguments {
         if let Some(given) = arguments.get("exposure")? {
             camera.exposure = exposure(&given)?;
         }
-        camera.noise = arguments.get("noise")?.map(|given| fields::of_dict::<ImageNoise>("noise", &given)).transpose()?;
+        camera.noise =
+            arguments.get("noise")?.map(|given| fields::of_dict::<ImageNoise>("noise", &given)).transpose()?;
         camera.lens = lens(&mut arguments, camera.size)?;
         let is_parallel = matches!(camera.lens, Lens::Orthographic { .. });
         camera.far = far.unwrap_or(if is_parallel { camera.near + 1000.0 } else { f32::INFINITY });

@@ -113,7 +113,9 @@ impl Sim {
                 return Err(Failure::value("yaw: expected at beside it; a route says how a vehicle is turned"));
             }
             if is_placed && (speed, lane, along) != (0.0, 0, 0.0) {
-                return Err(Failure::value("speed, lane and along: expected a route beside them; without one a vehicle begins at rest"));
+                return Err(Failure::value(
+                    "speed, lane and along: expected a route beside them; without one a vehicle begins at rest",
+                ));
             }
             if !(0.0..=FASTEST).contains(&speed) {
                 return Err(Failure::value(format!("speed: expected m/s from 0 to {FASTEST:.1}, found {speed}")));
@@ -212,9 +214,11 @@ impl Sim {
 
     /// A camera in the scene. Keywords: `at` metres, `yaw`, `pitch` and `roll` radians, or `look_at`; `size` (width,
     /// height) pixels; `K` as (fx, fy, cx, cy) or a matrix (3, 3), with `distortion` (OpenCV's k1 k2 p1 p2 k3 k4 k5 k6)
-    /// or `fisheye` (k1 to k4, `largest_degrees` from the axis), or `fov_y_degrees`, or `half_height` metres of a
-    /// parallel projection; `near`, `far` metres; `outputs`; `samples` of colours, 1 or 4; `exposure`; `every` and
-    /// `phase`, steps. Raises ValueError.
+    /// or `fisheye` (k1 to k4, `largest_degrees` from the axis), or `fov_y_degrees` or
+    /// `fov_x_degrees`, or `half_height` metres of a parallel projection; `near`, `far` metres; `outputs`; `samples` of
+    /// colours, 1 or 4; `exposure`: a factor, "scene", "metered" or {"metered": {"key": 0.18, "stops": 8}}; `noise`: a
+    /// dict as `Sensor.noise` has it, whose defaults fill in what is left out; `every` and `phase`, steps. Raises
+    /// ValueError.
     #[pyo3(signature = (name, **arguments))]
     fn add_camera(
         &self,
@@ -226,8 +230,10 @@ impl Sim {
     }
 
     /// A lidar in the scene. Keywords: as `add_camera` for its place and rate; `beams` "vlp16", "hdl32", "hdl64",
-    /// "os1_64" or "os1_128"; `hz` revolutions a second; `columns` a revolution; `range` (least, most) metres;
-    /// `attenuation` per metre; `sweep`; `range_sigma` metres, `drop_rate`, `drop_below`. Raises ValueError.
+    /// "os1_64" or "os1_128", {"grid": {"rows", "horizontal_degrees", "vertical_degrees"}}, or {"list": […]} of
+    /// dicts with `elevation_degrees` and perhaps `azimuth_degrees`, `height` metres and `delay` seconds; `hz` revolutions a
+    /// second; `columns` a revolution; `range` (least, most) metres; `attenuation` per metre; `sweep`; `range_sigma` metres,
+    /// `drop_rate`, `drop_below`. Raises ValueError.
     #[pyo3(signature = (name, **arguments))]
     fn add_lidar(
         &self,
@@ -239,7 +245,8 @@ impl Sim {
     }
 
     /// An inertial measurement unit in the scene. Keywords: as `add_camera` for its place and rate;
-    /// `accelerometer_density` m/s²/√Hz, `gyroscope_density` rad/s/√Hz.
+    /// `accelerometer_density` m/s²/√Hz, `gyroscope_density` rad/s/√Hz; `accelerometer_bias` m/s² and `gyroscope_bias`
+    /// rad/s, three numbers each, in the sensor's axes.
     #[pyo3(signature = (name, **arguments))]
     fn add_imu(
         &self,

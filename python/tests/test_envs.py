@@ -1,5 +1,6 @@
 """Environments of Gymnasium: its own checks, resets of many at once, and errors."""
 
+import os
 import subprocess
 import sys
 import textwrap
@@ -151,6 +152,80 @@ def test_what_is_rendered_is_what_was_seen():
     silent.reset(seed=1)
     assert silent.render() is None
     silent.close()
+
+
+def test_what_many_render_is_what_they_saw():
+    env = gymnasium.make_vec("relief/LaneFollow-v0", 2, render_mode="rgb_array", size=SIZE)
+    assert env.render() is None and "rgb_array" in env.metadata["render_modes"]
+    env.reset(seed=1)
+    observation, *_ = env.step(np.zeros((2, 2), np.float32))
+    pictures = env.render()
+    assert isinstance(pictures, tuple) and np.array_equal(np.stack(pictures), observation)
+    assert not any(np.shares_memory(picture, observation) for picture in pictures)
+    env.close()
+    with pytest.raises(ValueError, match="render_mode: expected None or 'rgb_array', found 'human'"):
+        relief.make_vec("relief/LaneFollow-v0", 2, render_mode="human")
+
+
+ASYNC = """
+import gymnasium, numpy, relief.envs
+env = gymnasium.make_vec("relief/LaneFollow-v0", 2, vectorization_mode="async", size=(8, 8))
+observation, _ = env.reset(seed=5)
+stepped, *_ = env.step(numpy.zeros((2, 2), numpy.float32))
+env.close()
+own = relief.make_vec("relief/LaneFollow-v0", 2, size=(8, 8))
+assert (own.reset(seed=5)[0] == observation).all()
+assert (own.step(numpy.zeros((2, 2), numpy.float32))[0] == stepped).all()
+own.close()
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="skipped: no fork")
+def test_environments_in_forked_processes_are_those_of_one(tmp_path):
+    """In a process that has no world yet, as programs that train have it. Python 3.14 and macOS spawn by default."""
+    program = tmp_path / "own.py"
+    fork = "import multiprocessing; multiprocessing.set_start_method('fork')\n"
+    program.write_text(fork + ASYNC)
+    done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+
+
+def test_worlds_are_loaded_by_the_first_reset():
+    class Nowhere(LaneFollow):
+        scene = "envs/none.ron"
+
+    for env in (DrivingEnv(Nowhere(size=SIZE)), DrivingVectorEnv(Nowhere(size=SIZE), 2)):
+        assert env.observation_space.shape[-3:] == (SIZE[1], SIZE[0], 3)
+        env.close()
+        with pytest.raises(relief.SceneError, match="none.ron"):
+            env.reset(seed=1)
+
+
+def test_another_clock_is_that_of_times(tmp_path):
+    class Slow(LaneFollow):
+        def load(self):
+            return relief.Sim(relief.assets() / self.scene, step_seconds=0.05)
+
+    env = DrivingEnv(Slow(size=(8, 8)))
+    env.reset(seed=1)
+    for _ in range(3):
+        *_, info = env.step(np.array([0.0, 0.5], np.float32))
+    assert env.sim.steps == 6 and env.sim.seconds == pytest.approx(0.3)
+    assert info["progress"] == pytest.approx(info["speed"] * 0.1, rel=0.01)
+    env.close()
+
+
+def test_what_is_missing_is_named_with_its_extra(tmp_path):
+    (tmp_path / "gymnasium.py").write_text("raise ImportError('none', name='gymnasium')")
+    (tmp_path / "PIL.py").write_text("raise ImportError('none', name='PIL')")
+    program = "import {0}"
+    for module, extra in (("relief.envs", "gym"), ("relief.pictures", "notebooks")):
+        path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+        done = subprocess.run(
+            [sys.executable, "-c", program.format(module)], capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": path},
+        )  # fmt: skip
+        assert f"ImportError: none; expected pip install 'relief[{extra}]'" in done.stderr, done.stderr
 
 
 def test_depths_of_a_byte_are_even_steps_of_the_logarithm():

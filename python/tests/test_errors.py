@@ -42,7 +42,7 @@ def test_a_scene_that_is_not_there(tmp_path):
         ({"size": (0, 4)}, "size: expected pixels from 1 to 16384, found 0"),
         ({"samples": 3}, "samples: expected 1 or 4, found 3"),
         ({"K": (1, 2, 3)}, "K: expected"),
-        ({"K": (50, 50, 8, 8), "fov_y_degrees": 60}, "expected one of K, fov_y_degrees and half_height"),
+        ({"K": (50, 50, 8, 8), "fov_y_degrees": 60}, "expected one of K, fov_y_degrees, fov_x_degrees and half_height"),
         ({"fov_y_degrees": 180}, "fov_y_degrees: expected a number"),
         ({"every": 2, "phase": 2}, "phase: expected less than every, which is 2, found 2"),
         ({"near": -1}, "near: expected metres"),
@@ -74,7 +74,7 @@ def test_arguments_that_are_refused(field):
         car.drive(headlights="dim")
     with pytest.raises(KeyError, match="did you mean"):
         field["egon"]
-    with pytest.raises(ValueError, match="unknown beams"):
+    with pytest.raises(ValueError, match="beams: unknown variant"):
         car.add_lidar("top", beams="vlp17")
     with pytest.raises(ValueError, match=r"expected at most 16777216 beams in a capture, found \d+"):
         car.add_lidar("top", hz=10_000, columns=1 << 20, every=100)

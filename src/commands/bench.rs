@@ -3,12 +3,12 @@
 use super::arguments::{self, ON_OFF};
 use super::failure::{Failure, say};
 use super::{Process, progress};
-use clap::builder::TypedValueParser;
-use clap::{ArgAction, Args};
 use crate::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
 use crate::frames::LoadOptions;
 use crate::name;
 use crate::renderer::{Occlusion, Settings};
+use clap::builder::TypedValueParser;
+use clap::{ArgAction, Args};
 use std::io;
 use std::path::PathBuf;
 use std::process::Command;
@@ -200,10 +200,11 @@ pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
         folder.join("report.md").display().to_string()
     } else {
         let mut figures = bench::run(&job, process.started, |done, of| progress::show(&bar, done.into(), of.into()))?;
-        figures.bytes_per_object = bench::bytes_per_object(&job, &figures, &|job| apart(job, process)).unwrap_or_else(|error| {
-            tracing::warn!("memory per object was not measured: {error}");
-            None
-        });
+        figures.bytes_per_object =
+            bench::bytes_per_object(&job, &figures, &|job| apart(job, process)).unwrap_or_else(|error| {
+                tracing::warn!("memory per object was not measured: {error}");
+                None
+            });
         if args.json { figures.json() } else { figures.to_string() }
     };
     bar.finish_and_clear();

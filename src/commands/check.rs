@@ -1,8 +1,8 @@
 //! `relief check`.
 
 use super::failure::{Failure, say};
-use clap::Args;
 use crate::check;
+use clap::Args;
 use std::path::PathBuf;
 use systems::Simulation;
 

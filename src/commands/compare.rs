@@ -3,9 +3,9 @@
 use super::arguments;
 use super::failure::{Failure, say};
 use super::progress;
+use crate::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
 use clap::Args;
 use clap::builder::TypedValueParser;
-use crate::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
 use std::path::PathBuf;
 use systems::assets::Technique;
 

@@ -3,8 +3,8 @@
 use super::arguments::{self, MOST_FRAMES};
 use super::failure::{Failure, say};
 use super::view;
-use clap::Args;
 use crate::frame_error::FrameErrorJob;
+use clap::Args;
 use std::fmt::Display;
 use std::path::PathBuf;
 use systems::assets::Technique;

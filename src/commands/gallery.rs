@@ -3,9 +3,9 @@
 use super::arguments::{self, MOST_FRAMES};
 use super::failure::{Failure, say};
 use super::{progress, view};
-use clap::Args;
 use crate::demo;
 use crate::gallery::{self, GalleryJob};
+use clap::Args;
 use std::path::PathBuf;
 
 pub const HELP: &str = "\

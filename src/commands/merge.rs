@@ -1,8 +1,8 @@
 //! `relief merge`.
 
 use super::failure::{Failure, say};
-use clap::Args;
 use crate::shards::{MergeOptions, merge};
+use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Args)]

@@ -1,7 +1,7 @@
 //! Bars on a terminal: how far a command is.
 
-use indicatif::{ProgressBar, ProgressStyle};
 use crate::import::progress::counts;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::any::Any;
 use std::io::IsTerminal;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};

@@ -4,11 +4,11 @@ use super::arguments;
 use super::failure::{Failure, say};
 use super::view::{FileArgs, PictureArgs, ViewArgs, parse_frames};
 use super::{progress, shard};
-use clap::Args;
-use clap::builder::TypedValueParser;
 use crate::frames::{FrameJob, Frames, render_frames};
 use crate::recording::RunFiles;
 use crate::sensors::{FileFormat, SensorJob, render_sensors};
+use clap::Args;
+use clap::builder::TypedValueParser;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

@@ -6,9 +6,9 @@ use super::progress;
 use super::render::render;
 use super::view::{PictureArgs, ViewArgs, parse_frames};
 use super::window::{WindowJob, show};
-use clap::Args;
 use crate::frames::{self, FrameJob, Frames, LoadOptions};
 use crate::recording::{self, Recording, RunFiles};
+use clap::Args;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 

@@ -4,9 +4,9 @@ use super::arguments;
 use super::failure::Failure;
 use super::view::{FileArgs, PictureArgs, ViewArgs};
 use super::window::{WindowJob, show};
-use clap::Args;
 use crate::demo;
 use crate::frames::OutputKind;
+use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Args)]

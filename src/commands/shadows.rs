@@ -3,9 +3,9 @@
 use super::arguments;
 use super::failure::Failure;
 use super::frame_error::FrameErrorArgs;
-use clap::Args;
 use crate::renderer::Settings;
 use crate::shadow_error;
+use clap::Args;
 
 pub const HELP: &str = "\
 The reference has all lights, each where a ray from the surface reaches it. Compared with it are:

@@ -3,10 +3,10 @@
 use super::failure::{Failure, say};
 use super::render::{RenderArgs, WorkArgs, with_bar};
 use super::split::refused_option;
-use clap::Parser;
 use crate::frames::{FrameJob, render_frames};
 use crate::sensors::{SensorJob, render_sensors};
 use crate::shards::{Job, ShardRun, render_shard};
+use clap::Parser;
 use std::path::Path;
 
 /// Options as relief split has kept them.

@@ -2,9 +2,9 @@
 
 use super::failure::{Failure, say};
 use super::render::{WorkArgs, with_bar};
+use crate::shards::{SplitJob, Work, split};
 use clap::Args;
 use clap::parser::ValueSource;
-use crate::shards::{SplitJob, Work, split};
 use std::path::PathBuf;
 
 pub const HELP: &str = "\

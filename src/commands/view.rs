@@ -2,11 +2,11 @@
 
 use super::arguments::{self, MOST_FRAMES, ON_OFF};
 use super::progress;
-use clap::builder::TypedValueParser;
-use clap::{ArgAction, Args};
 use crate::frames::{FrameJob, Frames, LoadOptions, OutputKind};
 use crate::recording::RunFiles;
 use crate::renderer::{DebugView, Occlusion, Settings};
+use clap::builder::TypedValueParser;
+use clap::{ArgAction, Args};
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;

@@ -41,9 +41,9 @@ mod motion_sensors;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
-mod overrides;
 #[cfg(feature = "vehicles")]
 mod overlaps;
+mod overrides;
 #[cfg(feature = "physics")]
 mod physical;
 #[cfg(not(feature = "physics"))]

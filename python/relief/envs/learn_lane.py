@@ -10,12 +10,17 @@ Prints the mean reward and how far the best policies of each generation came, th
 other places, and what share of them it keeps the lane from; beside it what driving straight ahead comes to.
 """
 
+from __future__ import annotations
+
 import argparse
 import time
+from collections.abc import Callable
 
 import numpy as np
 
 import relief
+
+from .vector import DrivingVectorEnv
 
 SIDE = 16
 #: Pixels of the lower part of the picture: what is above the horizon tells nothing. They are averaged by fours.
@@ -31,7 +36,8 @@ def features(pictures: np.ndarray) -> np.ndarray:
     """
     green = pictures[:, ROWS, :, 1].astype(np.float32) - pictures[:, ROWS, :, 2]
     differences = (green - green[:, :, ::-1])[:, :, : SIDE // 2] / 64.0
-    return differences.reshape(len(pictures), -1, 2, SIDE // 4, 2).mean(axis=(2, 4)).reshape(len(pictures), -1)
+    means: np.ndarray = differences.reshape(len(pictures), -1, 2, SIDE // 4, 2).mean(axis=(2, 4))
+    return means.reshape(len(pictures), -1)
 
 
 def act(policies: np.ndarray, pictures: np.ndarray, speeds: np.ndarray) -> np.ndarray:
@@ -42,7 +48,9 @@ def act(policies: np.ndarray, pictures: np.ndarray, speeds: np.ndarray) -> np.nd
     return np.stack([steer, pedal], axis=1).astype(np.float32)
 
 
-def drive(env, policies: np.ndarray, seed: int | list[int], steps: int):
+def drive(
+    env: DrivingVectorEnv, policies: np.ndarray, seed: int | list[int], steps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Each policy drives in an environment of its own. Their rewards, how many metres they came, and whether they kept
     the lane to the end: (N,) each."""
     pictures, _ = env.reset(seed=seed)
@@ -60,7 +68,13 @@ def drive(env, policies: np.ndarray, seed: int | list[int], steps: int):
 
 
 def learn(
-    env, steps: int, *, seconds: float = np.inf, generations: float = np.inf, seed: int = 0, report=print
+    env: DrivingVectorEnv,
+    steps: int,
+    *,
+    seconds: float = np.inf,
+    generations: float = np.inf,
+    seed: int = 0,
+    report: Callable[[str], object] = print,
 ) -> np.ndarray:
     """The mean policy after so many seconds, or so many generations: whichever comes first."""
     random = np.random.default_rng(seed)

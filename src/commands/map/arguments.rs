@@ -1,13 +1,13 @@
 //! What each map tool takes, and its help.
 
 use crate::commands::arguments::{self, choice};
-use clap::Args;
-use clap::builder::TypedValueParser;
 use crate::maps::files::{self, Bits, Channel};
 use crate::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
 };
 use crate::output;
+use clap::Args;
+use clap::builder::TypedValueParser;
 use std::path::{Path, PathBuf};
 
 /// What every tool takes.

@@ -3,9 +3,6 @@
 use super::Made;
 use super::arguments::bits;
 use crate::commands::arguments;
-use clap::Args;
-use clap::builder::TypedValueParser;
-use glam::{Affine3A, UVec2, Vec2};
 use crate::maps::bake::{
     BakeOptions, Baked, MAX_SIDE, Reach, Role, Surface, Target, TileOptions, Wanted, bake as bake_maps, bake_tile,
     preview,
@@ -13,6 +10,9 @@ use crate::maps::bake::{
 use crate::maps::files::{self, Bits};
 use crate::maps::{Advance, MapError};
 use crate::{name, output};
+use clap::Args;
+use clap::builder::TypedValueParser;
+use glam::{Affine3A, UVec2, Vec2};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use systems::assets::shapes;

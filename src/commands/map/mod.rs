@@ -8,17 +8,17 @@ mod bake;
 
 use super::failure::{Failure, say};
 use super::progress;
-use arguments::{CommonArgs, HeightArgs, HorizonArgs, NormalArgs, OffsetArgs, SpecularArgs};
-use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HELP};
-use bake::{BAKE_HELP, BakeArgs, TILE_HELP, TileArgs};
-use clap::{Args, Subcommand};
-use glam::{Vec3, Vec4};
 use crate::maps::files::{self, Bits, Channel};
 use crate::maps::preview::{self, Shape, add_map};
 use crate::maps::{
     Advance, MapError, NormalOptions, Raster, SpecularModel, SpecularOptions, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height, specular_from,
 };
+use arguments::{CommonArgs, HeightArgs, HorizonArgs, NormalArgs, OffsetArgs, SpecularArgs};
+use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HELP};
+use bake::{BAKE_HELP, BakeArgs, TILE_HELP, TileArgs};
+use clap::{Args, Subcommand};
+use glam::{Vec3, Vec4};
 use std::path::{Path, PathBuf};
 use systems::assets::{ImageKind, Library, Material, Shading, Technique};
 

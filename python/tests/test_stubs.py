@@ -1,0 +1,68 @@
+"""Keywords of sensors: the stubs have those that the calls take, no more and no fewer."""
+
+import ast
+import re
+import subprocess
+import sys
+
+import pytest
+
+import relief
+from conftest import ROOT, needed
+
+STUBS = ast.parse((ROOT / "python/relief/_relief.pyi").read_text(encoding="utf-8"))
+CLASSES = {own.name: own for own in STUBS.body if isinstance(own, ast.ClassDef)}
+KINDS = ["camera", "lidar", "imu", "gnss", "collision", "lane"]
+
+
+def keys(name):
+    """The keys of a dictionary of the stubs, with those of what it extends."""
+    own = [entry.target.id for entry in CLASSES[name].body if isinstance(entry, ast.AnnAssign)]
+    bases = [base.id for base in CLASSES[name].bases if base.id != "TypedDict"]
+    return own + [key for base in bases for key in keys(base)]
+
+
+def known(call, *arguments, **given):
+    """The keywords that a call names when it refuses one."""
+    with pytest.raises(TypeError, match="unexpected argument") as refused:
+        call(*arguments, **given)
+    return re.search("expected one of: (.*)$", str(refused.value))[1].split(", ")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_keywords_are_those_that_the_calls_take(field, kind):
+    car = field.spawn_vehicle("car", at=(0, 0, 0))
+    for owner, class_ in ((car, "Entity"), (field, "Sim")):
+        if not hasattr(owner, f"add_{kind}"):
+            continue
+        (method,) = [own for own in CLASSES[class_].body if getattr(own, "name", "") == f"add_{kind}"]
+        dictionary = method.args.kwarg.annotation.slice.id
+        taken = known(getattr(owner, f"add_{kind}"), "a", nonsense=5)
+        assert sorted(keys(dictionary)) == sorted(taken)
+        # Help names them all, too, those of every sensor with the camera.
+        help_ = getattr(relief.Sim, f"add_{kind}", None)
+        if help_ is not None:
+            said = relief.Sim.add_camera.__doc__ + help_.__doc__
+            assert not [name for name in keys(dictionary) if f"`{name}`" not in said]
+
+
+def test_fields_of_noise_are_those_that_are_taken(field):
+    assert sorted(keys("_ImageNoise")) == sorted(known(field.add_camera, "a", noise={"nonsense": 5}))
+    assert sorted(keys("_ImageNoise")) == sorted(field.add_camera("b", size=(8, 8), noise={}).noise)
+
+
+def test_mypy_knows_them(tmp_path):
+    needed("mypy")
+    program = tmp_path / "own.py"
+    program.write_text(
+        "import relief\n"
+        "sim = relief.Sim(step_seconds=0.01)\n"
+        "sim.add_camera('a', size=(8, 8), noise={'gain': 2.0}, exposure='metered', at=(0, 1, 2))\n"
+        "sim.add_lidar('b', beams={'grid': {'rows': 4, 'horizontal_degrees': 90, 'vertical_degrees': 20}})\n"
+        "sim.add_camera('x', nonsense=5)\n"
+        "sim.add_lidar('y', hz='ten')\n"
+    )
+    command = [sys.executable, "-m", "mypy", "--no-incremental", "--cache-dir", str(tmp_path / "cache")]
+    mypy = subprocess.run([*command, str(program)], capture_output=True, text=True, cwd=tmp_path)
+    found = re.findall(r"own\.py:(\d+): error", mypy.stdout)
+    assert found == ["5", "6"] and "nonsense" in mypy.stdout, mypy.stdout + mypy.stderr
