@@ -6,7 +6,7 @@ use relief::frames::FrameError;
 use relief::output::OutputError;
 use relief::problem::Problem;
 use relief::recording::RecordingError;
-use relief::renderer::RenderError;
+use relief::renderer::{GpuError, RenderError};
 use relief::scene::SceneError;
 use relief::systems::run::state::StateError;
 
@@ -54,6 +54,12 @@ impl Failure {
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::Scene(error)
+    }
+}
+
+impl From<GpuError> for Failure {
+    fn from(error: GpuError) -> Self {
+        Self::Gpu(error.to_string())
     }
 }
 

@@ -35,7 +35,8 @@ pub struct ViewArgs {
     #[arg(help = arguments::listed(DEBUG_HELP, &DebugView::ALL[1..], DebugView::shows))]
     #[arg(value_parser = arguments::named("debug view", &DebugView::ALL))]
     pub debug: DebugView,
-    /// Levels of detail. on: distant meshes have fewer triangles where the error is below one pixel; off: full meshes
+    /// Levels of detail. on: distant meshes have fewer triangles where the error is below one pixel; off: full meshes,
+    /// as cameras that are sensors always draw them, but for those of colours alone
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = arguments::parse_levels)]
     pub levels: LevelOfDetail,
     /// Occlusion culling: on, off, or auto (on in a window with many objects). The picture is the same, except that

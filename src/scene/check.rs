@@ -331,7 +331,7 @@ impl<'a> Check<'a> {
         let scale = columns.map(|axis| axis.abs().max_element()).into_iter().fold(0.0, f32::max);
         let message = if !place.abs().cmple(DVec3::splat(FARTHEST)).all() {
             format!("expected a place within {FARTHEST} m, found {place} with the transforms above it")
-        } else if !(scale <= SIZES.1) {
+        } else if scale > SIZES.1 {
             format!("expected scales of at most {} together, found {scale} with the transforms above it", SIZES.1)
         } else {
             return;
