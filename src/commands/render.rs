@@ -53,7 +53,6 @@ const OF_SPLIT: [&str; 25] = [
     "samples",
     "specular_aa",
     "shadows",
-    "shadow_taps",
     "compress",
     "texture_memory",
     "no_cache",
