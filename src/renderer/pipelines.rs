@@ -294,7 +294,7 @@ impl Pipelines {
 }
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
-pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 18] {
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 19] {
     let (debug, specular_aa) = match pass {
         Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),
         Pass::Emboss { .. } | Pass::Outputs(_) => (DebugView::Off, false),
