@@ -12,9 +12,6 @@
 @group(3) @binding(0) var shadow_maps: texture_depth_2d_array;
 @group(3) @binding(1) var shadow_sampler: sampler;
 
-// Gathers of a look-up, each of 2×2 texels: 1, which are interpolated, or 4 for a box of 3×3.
-override SHADOW_TAPS: u32 = 1u;
-
 // Texels along a side of a layer.
 const SHADOW_SIZE: f32 = 768.0;
 // Texels around a face beyond its quarter turn, or around a spot's cone: filters read no neighbouring face.
@@ -28,6 +25,12 @@ const SUN_DEPTH: f32 = 2048.0;
 // has no other one.
 const LEVEL_USED: f32 = 0.75;
 const LEVEL_ALONE: f32 = 0.8;
+// Texels from a place: the narrowest and the widest filter of a light with a size.
+const NARROWEST: f32 = 1.0;
+const WIDEST: f32 = 5.5;
+// Casters are looked for as far around as the penumbra of one reaches that stands so many metres before the sun, or half
+// way to the lamp.
+const LIKELY: f32 = 10.0;
 // A plane's depth changes by no more than this many texels per texel.
 const STEEPEST: f32 = 20.0;
 
@@ -48,6 +51,10 @@ struct ShadowPlace {
     // What a filter may read around, texels.
     low: vec2f,
     high: vec2f,
+    // Texels from the middle of a penumbra to its edge, for a caster that is nearer to the light by 1 of depth; 0 for a
+    // point. And of the widest penumbra that is looked for.
+    spread: f32,
+    reach: f32,
 }
 
 fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
@@ -68,7 +75,7 @@ fn receiver(bump: Bump, toward: vec3f) -> vec3f {
 }
 
 // `v`: from the light to the point. `n`: the plane's normal, `h`: their product, below 0.
-fn place_in_faces(v: vec3f, n: vec3f, h: f32, near: f32) -> ShadowPlace {
+fn place_in_faces(v: vec3f, n: vec3f, h: f32, near: f32, light_size: f32) -> ShadowPlace {
     let a = abs(v);
     let m = max(a.x, max(a.y, a.z));
     let is_x = a.x >= m;
@@ -91,11 +98,13 @@ fn place_in_faces(v: vec3f, n: vec3f, h: f32, near: f32) -> ShadowPlace {
         near / (m * scale),
         corner + 1.0,
         corner + size - 1.0,
+        light_size * scale / near,
+        light_size * scale / m,
     );
 }
 
 // `q`: turns the world so that the spot shines along −Z. `scale`: texels of a slope of one.
-fn place_in_cone(v: vec3f, n: vec3f, h: f32, near: f32, q: vec4f, scale: f32) -> ShadowPlace {
+fn place_in_cone(v: vec3f, n: vec3f, h: f32, near: f32, q: vec4f, scale: f32, size: f32) -> ShadowPlace {
     let along = turned(q, v);
     let leaning = turned(q, n).xy;
     let m = max(-along.z, 1e-4);
@@ -106,6 +115,8 @@ fn place_in_cone(v: vec3f, n: vec3f, h: f32, near: f32, q: vec4f, scale: f32) ->
         near / (m * scale),
         vec2f(1.0),
         vec2f(SHADOW_SIZE - 1.0),
+        size * scale / near,
+        size * scale / m,
     );
 }
 
@@ -114,40 +125,98 @@ fn turned(q: vec4f, v: vec3f) -> vec3f {
     return v + q.w * t + cross(q.xyz, t);
 }
 
+// What of texels is compared with what.
+struct Plane {
+    // Of the receiver at its place, and how it changes from texel to texel.
+    depth: f32,
+    slope: vec2f,
+    layer: u32,
+}
+
 fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
     let most = STEEPEST * place.texel;
     let slope = clamp(place.slope, vec2f(-most), vec2f(most));
     // Meshes are not planes between middles of texels, and rasterizers move them by up to a sixteenth. With so much
     // room light goes on behind a wall for less than a texel of the floor, and before it half is missing at the most.
-    let nearest = place.depth + 0.25 * place.texel + 0.4375 * (abs(slope.x) + abs(slope.y));
-    let base = floor(place.at - 0.5);
-    let f = place.at - 0.5 - base;
-    if SHADOW_TAPS == 1u {
-        let lit = lit_texels(place, base, layer, nearest, slope);
-        let rows = mix(lit.xz, lit.yw, f.x);
-        return mix(rows.x, rows.y, f.y);
+    let plane = Plane(place.depth + 0.25 * place.texel + 0.4375 * (abs(slope.x) + abs(slope.y)), slope, layer);
+    if !LIGHTS_WITH_SIZES {
+        return point_share(place, plane);
     }
-    // A box of 3×3 texels: of four columns and rows the outer ones by parts.
-    var sum = 0.0;
-    for (var i = 0u; i < 4u; i++) {
-        let is_second = vec2<bool>((i & 1u) == 1u, (i & 2u) == 2u);
-        let lit = lit_texels(place, base + select(vec2f(-1.0), vec2f(1.0), is_second), layer, nearest, slope);
-        let first = select(1.0 - f, vec2f(1.0), is_second);
-        let second = select(vec2f(1.0), f, is_second);
-        let rows = lit.xz * first.x + lit.yw * second.x;
-        sum += rows.x * first.y + rows.y * second.y;
+    // Gathers along a side of what is looked at for casters.
+    let side = select(u32(ceil(clamp(place.reach, NARROWEST, WIDEST) + 0.5)), 0u, place.spread == 0.0);
+    var between = 0.0;
+    var casters = 0.0;
+    var covered = 0.0;
+    let first = first_texel(place.at, f32(side) - 0.5);
+    for (var i = 0u; i < side * side; i++) {
+        let texels = texels_at(place, plane, first + 2.0 * vec2f(f32(i % side), f32(i / side)));
+        let casts = vec4f(in_the_way(texels, place));
+        casters += dot(casts, vec4f(1.0));
+        between += dot(casts, texels.depths - place.depth);
+        covered += dot(vec4f(texels.depths > texels.plane), vec4f(1.0));
     }
-    return sum / 9.0;
+    if side == 0u {
+        return point_share(place, plane);
+    }
+    let is_dark = covered == f32(4u * side * side);
+    let radius = clamp(place.spread * between / max(casters, 1.0), NARROWEST, f32(side) - 0.5);
+    // Loops end early where no pixel needs them, which branches on the processor do not.
+    let filtered = select(u32(ceil(radius + 0.5)), 0u, is_dark || casters == 0.0);
+    var lit = 0.0;
+    var weight = 0.0;
+    let corner = first_texel(place.at, radius);
+    for (var i = 0u; i < filtered * filtered; i++) {
+        let texels = texels_at(place, plane, corner + 2.0 * vec2f(f32(i % filtered), f32(i / filtered)));
+        let weights = saturate(radius + 0.5 - texels.distances);
+        weight += dot(weights, vec4f(1.0));
+        lit += dot(weights, vec4f(!in_the_way(texels, place)));
+    }
+    return select(lit / max(weight, 1e-6), select(1.0, 0.0, is_dark), filtered == 0u);
 }
 
-// Of a square of four texels, from its upper left one, row by row: 1 where the receiver's plane is as near to the light
-// there as what casts, or nearer. `nearest`: its depth at the place.
-fn lit_texels(place: ShadowPlace, first: vec2f, layer: u32, nearest: f32, slope: vec2f) -> vec4f {
+// Interpolated between four texels.
+fn point_share(place: ShadowPlace, plane: Plane) -> f32 {
+    let base = floor(place.at - 0.5);
+    let f = place.at - 0.5 - base;
+    let texels = texels_at(place, plane, base);
+    let lit = select(vec4f(0.0), vec4f(1.0), texels.plane >= texels.depths);
+    let rows = mix(lit.xz, lit.yw, f.x);
+    return mix(rows.x, rows.y, f.y);
+}
+
+// Of the texels whose middle is no farther than a filter's radius and half a texel, the upper left one.
+fn first_texel(at: vec2f, radius: f32) -> vec2f {
+    return ceil(at - radius - 1.0);
+}
+
+// A square of four texels, from its upper left one, row by row.
+struct Texels {
+    depths: vec4f,
+    // Depth of the receiver's plane there.
+    plane: vec4f,
+    // From the place.
+    distances: vec4f,
+}
+
+fn texels_at(place: ShadowPlace, plane: Plane, first: vec2f) -> Texels {
     let middle = clamp(first + 1.0, place.low, place.high);
-    let depths = textureGather(shadow_maps, shadow_sampler, middle / SHADOW_SIZE, layer).wzxy;
-    let depth = nearest + dot(slope, middle - 0.5 - place.at);
-    let plane = depth + vec4f(0.0, slope.x, slope.y, slope.x + slope.y);
-    return select(vec4f(0.0), vec4f(1.0), plane >= depths);
+    let depths = textureGather(shadow_maps, shadow_sampler, middle / SHADOW_SIZE, plane.layer).wzxy;
+    let depth = plane.depth + dot(plane.slope, middle - 0.5 - place.at);
+    let off = first + 0.5 - place.at;
+    let x = off.x + vec4f(0.0, 1.0, 0.0, 1.0);
+    let y = off.y + vec4f(0.0, 0.0, 1.0, 1.0);
+    return Texels(
+        depths,
+        depth + vec4f(0.0, plane.slope.x, plane.slope.y, plane.slope.x + plane.slope.y),
+        sqrt(x * x + y * y),
+    );
+}
+
+// Whether what casts there is nearer to the light than the receiver's plane, and within the cone that the light is seen
+// in from the receiver.
+fn in_the_way(texels: Texels, place: ShadowPlace) -> vec4<bool> {
+    let is_in_cone = texels.distances <= NARROWEST + 0.5 + place.spread * (texels.depths - place.depth);
+    return select(vec4<bool>(false), is_in_cone, texels.depths > texels.plane);
 }
 
 // How much of a light is seen, as its record tells: of a lamp in its layer, of a directional light in one level or two.
@@ -167,8 +236,9 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
         is_turned_away = dot(receiver_normal, surface) >= 0.0;
         place = place_of_lamp(surface, q, record);
     }
+    let sun_size = size_of(record.w >> 16u);
     if !SUNS_WITH_SHADOWS {
-        return faded(lit_share(place, arriving.shadow_layer - 1u), is_turned_away, fade_of_lamp(record));
+        return faded(lit_share(place, arriving.shadow_layer - 1u), is_turned_away, fade_of(record));
     }
     // In the light's frame, from the eye.
     let p = turned(q, point);
@@ -188,7 +258,7 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
             // Nothing is known beyond the last level.
             is_known = level < (record.z >> 16u);
             let size = exp2(f32(level));
-            place = place_in_level(p, normal, bitcast<vec3f>(of_level.xyz), size);
+            place = place_in_level(p, normal, bitcast<vec3f>(of_level.xyz), size, sun_size);
             share = select(1.0, saturate((1.0 - across / size) / (1.0 - LEVEL_ALONE)), is_known);
         }
         seen += rest * share * select(1.0, lit_share(place, layer), is_known);
@@ -199,8 +269,7 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
             break;
         }
     }
-    let fade = select(fade_of_lamp(record), bitcast<f32>(record.w), is_sun);
-    return faded(seen, select(is_turned_away, normal.z <= 0.0, is_sun), fade);
+    return faded(seen, select(is_turned_away, normal.z <= 0.0, is_sun), fade_of(record));
 }
 
 // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
@@ -208,14 +277,20 @@ fn faded(seen: f32, is_turned_away: bool, fade: f32) -> f32 {
     return 1.0 + fade * (select(seen, 0.0, is_turned_away) - 1.0);
 }
 
-fn fade_of_lamp(record: vec4u) -> f32 {
+fn fade_of(record: vec4u) -> f32 {
     return f32(record.w & 0xffffu) / 65535.0;
+}
+
+// The lower half of a word, as the upper half of a float.
+fn size_of(word: u32) -> f32 {
+    return bitcast<f32>(word << 16u);
 }
 
 // `surface`: from the light.
 fn place_of_lamp(surface: vec3f, q: vec4f, record: vec4u) -> ShadowPlace {
     let near = bitcast<f32>(record.w & 0xffff0000u);
-    let scale = bitcast<f32>(record.z);
+    let scale = bitcast<f32>(record.z & 0xffff0000u);
+    let size = size_of(record.z);
     // The caster may be off by half a texel more.
     let texel = length(surface) / select(SMALL_FACE_SCALE, scale, scale > 0.0);
     let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
@@ -223,14 +298,14 @@ fn place_of_lamp(surface: vec3f, q: vec4f, record: vec4u) -> ShadowPlace {
     // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
     let grazing = min(dot(receiver_normal, v), -1e-6);
     if LIGHTS_WITH_CONES && scale > 0.0 {
-        return place_in_cone(v, receiver_normal, grazing, near, q, scale);
+        return place_in_cone(v, receiver_normal, grazing, near, q, scale, size);
     }
-    return place_in_faces(v, receiver_normal, grazing, near);
+    return place_in_faces(v, receiver_normal, grazing, near, size);
 }
 
 // `p`: from the eye, `eye`: from the level's middle, both in the light's frame, as is `normal`. `size`: in widths of
 // the first level.
-fn place_in_level(p: vec3f, normal: vec3f, eye: vec3f, size: f32) -> ShadowPlace {
+fn place_in_level(p: vec3f, normal: vec3f, eye: vec3f, size: f32, light_size: f32) -> ShadowPlace {
     let texel = 2.0 * FIRST_LEVEL / SHADOW_SIZE * size;
     // The caster may be off by half a texel more.
     let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
@@ -244,5 +319,7 @@ fn place_in_level(p: vec3f, normal: vec3f, eye: vec3f, size: f32) -> ShadowPlace
         texel / SUN_DEPTH,
         vec2f(1.0),
         vec2f(SHADOW_SIZE - 1.0),
+        light_size * SUN_DEPTH / texel,
+        light_size * LIKELY / texel,
     );
 }

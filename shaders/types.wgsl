@@ -80,9 +80,9 @@ struct PackedLight {
     inverse_range_squared: f32,
     words: vec4u,
     attenuation: vec3f,
-    pad0: u32,
+    size: f32,
     ambient: vec3f,
-    pad1: u32,
+    pad0: u32,
 }
 
 // Whether some light has or had an attenuation other than the inverse square, a cone, one with an exponent, or an
@@ -93,6 +93,8 @@ override LIGHTS_WITH_EXPONENTS: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
 override LAMPS_WITH_SHADOWS: bool = true;
 override SUNS_WITH_SHADOWS: bool = true;
+// Whether some light that casts shadows has a size.
+override LIGHTS_WITH_SIZES: bool = true;
 
 // Whether some object has more than three lights.
 override LIGHT_LISTS: bool = true;
@@ -268,7 +270,7 @@ fn load_packed_light(slot: u32) -> PackedLight {
     if LIGHTS_WITH_AMBIENT {
         ambient = floats_of(t + 3u).xyz;
     }
-    return PackedLight(place.xyz, place.w, words, attenuation, 0u, ambient, 0u);
+    return PackedLight(place.xyz, place.w, words, attenuation, 0.0, ambient, 0u);
 }
 
 // From x and y on the octahedron |x| + |y| + |z| = 1.

@@ -6,9 +6,12 @@
 //! ```text
 //! a ray from the eye through the pixel's centre    the surfaces that the pixel may show: all that is blended or
 //!                                                  masked, up to the first opaque one
-//! a ray from each of these to each light           whether the light is seen; opaque and masked objects are in its
-//!                                                  way, masked ones as if they were solid
+//! rays from each of these to each light            how much of the light is seen; opaque and masked objects are in
+//!                                                  its way, masked ones as if they were solid
 //! ```
+//!
+//! A light with a size is seen by rays to places of its disc, which lie on a spiral (Vogel, "A better way to construct
+//! the sunflower head", Mathematical Biosciences, 1979): [`PLACES`], or, where a part of them agree, that part.
 //!
 //! The rasteriser moves vertices by a fraction of a pixel, so at outlines a pixel may show an object that the ray
 //! through its centre passes by. Rays through the corners of a square of that fraction look for it then.
@@ -40,6 +43,12 @@ const BOX_ROOM: f32 = 1e-5;
 
 /// How far beyond its edges a triangle is hit, as a part of it: no ray passes between two that share an edge.
 const EDGE: f64 = 1e-9;
+
+/// Places of a light's disc that rays go to.
+const PLACES: usize = 64;
+/// Those of them that are asked first: all of the rim's, then every fifth. Where they agree, so do the others.
+const RIM: usize = 20;
+const FIRST: usize = RIM + (PLACES - RIM).div_ceil(5);
 
 /// What rays need to know of a drawn object.
 #[derive(Clone, Copy)]
@@ -171,6 +180,8 @@ pub(crate) struct TracedScene {
     tree: Option<CwBvh>,
     /// By slot.
     drawn: Vec<Option<Drawn>>,
+    /// Of a light's disc of radius 1.
+    places: Vec<DVec2>,
     eye: DVec3,
     eye_rays: EyeRays,
 }
@@ -185,6 +196,7 @@ impl TracedScene {
             triangles: Vec::new(),
             tree: None,
             drawn: vec![None; records.len()],
+            places: disc_places(),
             eye: view.eye().as_dvec3(),
             eye_rays: EyeRays::new(view),
         };
@@ -263,7 +275,7 @@ impl TracedScene {
                     let surface = self.surface(place, hit);
                     let is_lit = |light: u32| {
                         let light = lights.table.get(light as usize);
-                        light.is_some_and(|light| self.is_lit_by(&surface, light) == Some(true))
+                        light.is_some_and(|light| self.seen_share(&surface, light).is_some_and(|share| share > 0))
                     };
                     let others = lights.of(hit.slot).iter().filter(|light| !known.contains(light));
                     pairs.extend(others.filter(|&&light| is_lit(light)).map(|&light| (hit.slot, light)));
@@ -321,12 +333,14 @@ impl TracedScene {
         hits.truncate(kept);
     }
 
-    /// Which lights of its object are seen from where a ray from the eye meets it.
-    fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights) -> Vec<bool> {
+    /// How much of each light of its object is seen from where a ray from the eye meets it, in parts of 255.
+    fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights) -> Vec<u8> {
         let surface = self.surface(place, hit);
-        // Also where they give no light.
-        let sees = |light: &(LightRecord, f64)| self.is_lit_by(&surface, light).unwrap_or(true);
-        lights.of(hit.slot).iter().map(|&light| lights.table.get(light as usize).is_none_or(sees)).collect()
+        // All of it where it gives no light.
+        let share = |&light: &u32| {
+            lights.table.get(light as usize).and_then(|light| self.seen_share(&surface, light)).unwrap_or(u8::MAX)
+        };
+        lights.of(hit.slot).iter().map(share).collect()
     }
 
     /// Where a ray from the eye meets something.
@@ -341,8 +355,8 @@ impl TracedScene {
         }
     }
 
-    /// Whether a light is seen from a surface; `None` where it gives no light.
-    fn is_lit_by(&self, surface: &Surface, (light, near): &(LightRecord, f64)) -> Option<bool> {
+    /// How much of a light is seen from a surface, in parts of 255; `None` where it gives no light.
+    fn seen_share(&self, surface: &Surface, (light, near): &(LightRecord, f64)) -> Option<u8> {
         let position = Vec3::from(light.position).as_dvec3();
         let (toward, distance) = if light.kind == LightRecord::DIRECTIONAL {
             (position.normalize_or_zero(), f64::INFINITY)
@@ -353,8 +367,29 @@ impl TracedScene {
         if !gives_light(light, toward, distance) {
             return None;
         }
-        let faces = surface.normal.dot(toward) > 0.0;
-        Some(faces && self.is_free(surface.place + surface.normal * surface.error, toward, distance - near))
+        let from = surface.place + surface.normal * surface.error;
+        let is_seen = |toward: DVec3, distance: f64| {
+            surface.normal.dot(toward) > 0.0 && self.is_free(from, toward, distance - near)
+        };
+        // Within a ball there is no disc to be seen.
+        let size = if distance.is_finite() { f64::from(light.size) / distance } else { f64::from(light.size) };
+        if size == 0.0 || size >= 1.0 && distance.is_finite() {
+            return Some(if is_seen(toward, distance) { u8::MAX } else { 0 });
+        }
+        // What is seen of a ball is as wide as a disc that is a little nearer.
+        let size = if distance.is_finite() { size / (1.0 - size * size).sqrt() } else { size };
+        let (across, along) = toward.any_orthonormal_pair();
+        let sees = |place: &&DVec2| {
+            let way = toward + size * (place.x * across + place.y * along);
+            is_seen(way.normalize(), distance * way.length())
+        };
+        let (first, others) = self.places.split_at(FIRST);
+        let seen = match first.iter().filter(sees).count() {
+            0 => 0,
+            FIRST => PLACES,
+            some => some + others.iter().filter(sees).count(),
+        };
+        Some((seen * usize::from(u8::MAX) / PLACES) as u8)
     }
 
     /// Whether nothing that casts shadows is in a ray's way for so many metres.
@@ -367,6 +402,16 @@ impl TracedScene {
             if hit.is_some_and(|along| 0.0 < along && along < distance) { 0.0 } else { f32::INFINITY }
         })
     }
+}
+
+/// Places of a disc of radius 1, each of which stands for as much of it, those first that are asked first.
+fn disc_places() -> Vec<DVec2> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let place =
+        |number: usize| DVec2::from_angle(golden * number as f64) * ((number as f64 + 0.5) / PLACES as f64).sqrt();
+    let (first, others): (Vec<usize>, Vec<usize>) =
+        (0..PLACES).rev().partition(|&number| number >= PLACES - RIM || number.is_multiple_of(5));
+    first.into_iter().chain(others).map(place).collect()
 }
 
 /// A float that is no less.

@@ -96,7 +96,7 @@ fn shader_structs_mirror_the_draw_list() {
     assert_mirrored!(
         &module,
         "PackedLight",
-        PackedLight { position, inverse_range_squared, words, attenuation, pad0, ambient, pad1 }
+        PackedLight { position, inverse_range_squared, words, attenuation, size, ambient, pad0 }
     );
     assert_mirrored!(
         &module,
@@ -266,6 +266,7 @@ fn lights_come_out_of_their_table_as_the_search_has_them() {
         direction: Vec3::new(0.48, -0.6, -0.64).into(),
         versine_outer: 0.21,
         ambient: [0.1, 0.2, 0.3],
+        size: 0.0,
     };
     let lights = [
         spot,

@@ -27,6 +27,7 @@ struct Measured {
     report: ShadowReport,
     truth: RgbImage,
     unshadowed: RgbImage,
+    maps: RgbImage,
     perfect: RgbImage,
 }
 
@@ -78,7 +79,9 @@ fn measured_in(scene: &str, technique: Option<Technique>, size: (u32, u32)) -> M
     for name in ["unshadowed_error.png", "perfect_error.png"] {
         assert_eq!(read(name).dimensions(), size, "{name}");
     }
-    Measured { report, truth: read("truth.png"), unshadowed: read("unshadowed.png"), perfect: read("perfect.png") }
+    let [truth, unshadowed, maps, perfect] =
+        ["truth", "unshadowed", "maps", "perfect"].map(|name| read(&format!("{name}.png")));
+    Measured { report, truth, unshadowed, maps, perfect }
 }
 
 /// Whether the way from a point toward a light is free of the cube of 1 m that stands on the middle of the floor.
@@ -144,7 +147,7 @@ const POINT: (&str, Lamp) = (
     Lamp::At(DVec3::new(-2.0, 3.1, 0.4)),
 );
 const SUN: (&str, Lamp) = (
-    "light: directional(intensity: 0.9), transform: (translation: (-3, 4, 1), look_at: (0, 0, 0))",
+    "light: directional(intensity: 0.9, angle_degrees: 0), transform: (translation: (-3, 4, 1), look_at: (0, 0, 0))",
     Lamp::Toward(DVec3::new(-3.0, 4.0, 1.0)),
 );
 const SPOT: (&str, Lamp) = (
@@ -166,6 +169,85 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     for (light, lamp) in [POINT, SUN, SPOT] {
         let known = |at: DVec2| f64::from(u8::from(on_cube(at) || lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
         assert_known(&measured(&scene(light, CUBE), None), known);
+    }
+}
+
+/// How much of its light each pixel of a picture has.
+fn shares(lit: &RgbImage, open: &RgbImage) -> Vec<f64> {
+    let light = |pixel: &image::Rgb<u8>| f64::from(linear_from_srgb(f32::from(pixel.0[1]) / 255.0));
+    lit.pixels().zip(open.pixels()).map(|(lit, open)| light(lit) / light(open)).collect()
+}
+
+/// A plate with an edge along Z above the middle of the floor, or turned, seen from below it.
+fn plate(light: &str, height: f64, aside: f64, turned_degrees: f64) -> String {
+    let plate = format!(
+        r#"(transform: (translation: ({aside}, {height}, 0), rotation_degrees: (0, {turned_degrees}, 0)), children: [
+            (mesh: "cube", material: "white", transform: (translation: (-4, 0, 0), scale: (8, 0.002, 16)))]),"#
+    );
+    scene(light, &plate).replace("translation: (0, 9, 0)", "translation: (0, 0.3, 0)")
+}
+
+/// Behind a straight edge the penumbra of a disc is as wide as similar triangles have it. A quarter of the disc is seen
+/// where the edge crosses it at 0.404 of its radius: (acos t − t √(1 − t²)) / π = ¼.
+#[test]
+fn penumbrae_are_as_wide_as_geometry_has_them() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let lamp = "light: point(intensity: 8, attenuation: inverse_square, radius: 0.4), \
+                transform: (translation: (0, 4, 0))";
+    let sun = "light: directional(intensity: 0.9, angle_degrees: 20), transform: (rotation_degrees: (-90, 0, 0))";
+    let side = 200;
+    for height in [1.0, 1.4, 1.8, 2.2] {
+        let of_lamp = 2.0 * 0.4 * height / (4.0 - height);
+        let of_sun = 2.0 * 10f64.to_radians().tan() * height;
+        for (light, width) in [(lamp, of_lamp), (sun, of_sun)] {
+            // A strip across the edge, a tenth as high as it is wide.
+            let half = |metres: f64| format!("orthographic_half_height: {metres}");
+            let strip = plate(light, height, 0.0, 0.0).replace(&half(HALF), &half(HALF / 10.0));
+            let found = measured_in(&strip, None, (side, side / 10));
+            let shares = shares(&found.truth, &found.unshadowed);
+            let rows = 0..side as usize / 10;
+            let share = |x: usize| rows.clone().map(|y| shares[y * side as usize + x]).sum::<f64>() / rows.len() as f64;
+            let crosses = |wanted: f64| {
+                let x = (0..side as usize - 1).find(|&x| share(x + 1) >= wanted).expect("it is lit beyond the edge");
+                x as f64 + (wanted - share(x)) / (share(x + 1) - share(x))
+            };
+            let between = (crosses(0.75) - crosses(0.25)) * 2.0 * HALF / f64::from(side);
+            let found = between / 0.404;
+            assert!((found - width).abs() < 0.1 * width, "{height} m, {light}: {found} of {width}");
+        }
+    }
+}
+
+/// A plate's shadow on a floor in grazing light, wider than a texel and askew to the texels: from pixel to pixel no step
+/// is larger than one and a half times the largest that rays find, along the edge and across it.
+#[test]
+fn penumbrae_of_maps_have_no_steps_of_texels() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let side = 200;
+    for (elevation, angle, turned) in [(15f64, 2.0, 10.0), (25.0, 3.0, -33.0), (60.0, 10.0, 4.0)] {
+        // The sun is at −X.
+        let aside = -1.0 / elevation.to_radians().tan();
+        let light = format!(
+            "light: directional(intensity: 0.9, angle_degrees: {angle}, shadows: true), \
+             transform: (translation: ({aside}, 1, 0), look_at: (0, 0, 0))"
+        );
+        let found = measured_in(&plate(&light, 1.0, aside, turned), None, (side, side));
+        let largest = |picture: &RgbImage, step: usize| {
+            let shares = shares(picture, &found.unshadowed);
+            let inner =
+                (0..shares.len()).filter(|at| at % side as usize + 1 < side as usize && at + step < shares.len());
+            inner.map(|at| (shares[at] - shares[at + step]).abs()).fold(0.0, f64::max)
+        };
+        for step in [1, side as usize] {
+            let (rays, maps) = (largest(&found.truth, step), largest(&found.maps, step));
+            // A byte of sRGB is 0.01 of the light that there is.
+            assert!(rays < 0.2 && maps <= 1.5 * rays + 0.01, "{elevation}°, {step}: {maps}, by rays {rays}");
+        }
+        assert!(found.report.maps.mean < 0.2 * found.report.unshadowed.mean, "{:?}", found.report);
     }
 }
 

@@ -16,8 +16,9 @@ fn toward(elevation_degrees: f64) -> DVec3 {
     DVec3::new(-cos * 0.9, sin, cos * 0.19f64.sqrt())
 }
 
+/// Without a size: edges are where geometry has them.
 fn add_sun(floor: &mut Floor, intensity: f32, elevation_degrees: f64) -> bevy_ecs::entity::Entity {
-    let light = Light::directional(intensity).with_shadows();
+    let light = Light { angle: 0.0, ..Light::directional(intensity).with_shadows() };
     floor.add_light(light, Vec3::ZERO, -toward(elevation_degrees).as_vec3())
 }
 

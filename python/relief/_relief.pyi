@@ -408,7 +408,12 @@ class Light:
 
     @staticmethod
     def point(
-        intensity: float, range: float = ..., *, color: Optional[_Color] = None, shadows: bool = False
+        intensity: float,
+        range: float = ...,
+        *,
+        color: Optional[_Color] = None,
+        shadows: bool = False,
+        radius: float = 0.0,
     ) -> Light: ...
     @staticmethod
     def spot(
@@ -419,9 +424,12 @@ class Light:
         inner_degrees: Optional[float] = None,
         color: Optional[_Color] = None,
         shadows: bool = False,
+        radius: float = 0.0,
     ) -> Light: ...
     @staticmethod
-    def directional(intensity: float, *, color: Optional[_Color] = None, shadows: bool = False) -> Light: ...
+    def directional(
+        intensity: float, *, color: Optional[_Color] = None, shadows: bool = False, angle_degrees: float = 0.53
+    ) -> Light: ...
 
 @final
 class LightEntity(Entity):
@@ -449,6 +457,14 @@ class LightEntity(Entity):
     def shadows(self) -> bool: ...
     @shadows.setter
     def shadows(self, shadows: bool) -> None: ...
+    @property
+    def radius(self) -> float: ...
+    @radius.setter
+    def radius(self, radius: float) -> None: ...
+    @property
+    def angle_degrees(self) -> float: ...
+    @angle_degrees.setter
+    def angle_degrees(self, angle_degrees: float) -> None: ...
     def change(self, light: Light) -> None: ...
 
 @final

@@ -66,6 +66,16 @@ fn number(name: &str, value: f64, least: f64, most: f64) -> Outcome<f32> {
         .ok_or_else(|| Failure::value(format!("{name}: expected a number from {least} to {most}, found {value}")))
 }
 
+/// Metres.
+fn radius(value: f64) -> Outcome<f32> {
+    number("radius", value, 0.0, lights::Light::MOST_RADIUS.into())
+}
+
+/// Degrees, to radians.
+fn angle(value: f64) -> Outcome<f32> {
+    number("angle_degrees", value, 0.0, lights::Light::MOST_DEGREES.into()).map(f32::to_radians)
+}
+
 fn intensity(given: &Bound<'_, PyAny>) -> PyResult<f32> {
     Ok(number("intensity", required("intensity", given)?, 0.0, 1e9)?)
 }
@@ -99,27 +109,32 @@ impl Light {
 #[pymethods]
 impl Light {
     /// In all directions from a point. `range`: metres at which it has faded to nothing. `color`: "#rrggbb" in sRGB or
-    /// three linear numbers.
+    /// three linear numbers. `radius`: metres, of what shines; shadows have penumbrae by it.
     #[staticmethod]
     #[pyo3(
-        signature = (intensity, range=None, *, color=None, shadows=None),
-        text_signature = "(intensity, range=..., *, color=None, shadows=False)"
+        signature = (intensity, range=None, *, color=None, shadows=None, radius=None),
+        text_signature = "(intensity, range=..., *, color=None, shadows=False, radius=0.0)"
     )]
     fn point(
         intensity: &Bound<'_, PyAny>,
         range: Given<'_, '_>,
         color: Given<'_, '_>,
         shadows: Given<'_, '_>,
+        radius: Given<'_, '_>,
     ) -> PyResult<Self> {
-        Self(lights::Light::point(self::intensity(intensity)?, self::range(range)?)).painted(color, shadows)
+        let light = lights::Light::point(self::intensity(intensity)?, self::range(range)?);
+        let radius = optional("radius", radius)?.map(self::radius).transpose()?.unwrap_or(light.radius);
+        Self(lights::Light { radius, ..light }).painted(color, shadows)
     }
 
     /// A cone along its −Z, which looks forward where it is placed with `yaw` and `pitch` 0. `outer_degrees`: half the
     /// angle of the cone, up to 85; it is full within `inner_degrees`, by default 0.8 of that.
     #[staticmethod]
     #[pyo3(
-        signature = (intensity, range=None, *, outer_degrees=None, inner_degrees=None, color=None, shadows=None),
-        text_signature = "(intensity, range=..., *, outer_degrees=30.0, inner_degrees=None, color=None, shadows=False)"
+        signature = (
+            intensity, range=None, *, outer_degrees=None, inner_degrees=None, color=None, shadows=None, radius=None
+        ),
+        text_signature = "(intensity, range=..., *, outer_degrees=30.0, inner_degrees=None, color=None, shadows=False, radius=0.0)"
     )]
     fn spot(
         intensity: &Bound<'_, PyAny>,
@@ -128,6 +143,7 @@ impl Light {
         inner_degrees: Given<'_, '_>,
         color: Given<'_, '_>,
         shadows: Given<'_, '_>,
+        radius: Given<'_, '_>,
     ) -> PyResult<Self> {
         let intensity = self::intensity(intensity)?;
         let outer_degrees = optional("outer_degrees", outer_degrees)?.unwrap_or(30.0);
@@ -135,20 +151,30 @@ impl Light {
         let outer = number("outer_degrees", outer_degrees, 0.1, 85.0)?.to_radians();
         let inner = inner_degrees.map(|inner| number("inner_degrees", inner, 0.0, outer_degrees)).transpose()?;
         let mut light = lights::Light::spot(intensity, self::range(range)?, outer);
+        if let Some(radius) = optional("radius", radius)? {
+            light.radius = self::radius(radius)?;
+        }
         if let Some(inner) = inner {
             light.kind = LightKind::Spot { outer, inner: Some(inner.to_radians()), exponent: 0.0 };
         }
         Self(light).painted(color, shadows)
     }
 
-    /// Parallel light along its −Z, as the sun's.
+    /// Parallel light along its −Z, as the sun's. `angle_degrees`: its angular diameter; shadows have penumbrae by it.
     #[staticmethod]
     #[pyo3(
-        signature = (intensity, *, color=None, shadows=None),
-        text_signature = "(intensity, *, color=None, shadows=False)"
+        signature = (intensity, *, color=None, shadows=None, angle_degrees=None),
+        text_signature = "(intensity, *, color=None, shadows=False, angle_degrees=0.53)"
     )]
-    fn directional(intensity: &Bound<'_, PyAny>, color: Given<'_, '_>, shadows: Given<'_, '_>) -> PyResult<Self> {
-        Self(lights::Light::directional(self::intensity(intensity)?)).painted(color, shadows)
+    fn directional(
+        intensity: &Bound<'_, PyAny>,
+        color: Given<'_, '_>,
+        shadows: Given<'_, '_>,
+        angle_degrees: Given<'_, '_>,
+    ) -> PyResult<Self> {
+        let light = lights::Light::directional(self::intensity(intensity)?);
+        let angle = optional("angle_degrees", angle_degrees)?.map(self::angle).transpose()?.unwrap_or(light.angle);
+        Self(lights::Light { angle, ..light }).painted(color, shadows)
     }
 
     fn __repr__(&self) -> String {
@@ -230,6 +256,30 @@ impl LightEntity {
     fn set_shadows(own: PyRef<'_, Self>, shadows: &Bound<'_, PyAny>) -> PyResult<()> {
         let shadows = required("shadows", shadows)?;
         edit(&own, move |light| light.shadows = shadows)
+    }
+
+    /// Metres, of a point light or a spot: of what shines. Shadows have penumbrae by it; 0: hard edges.
+    #[getter]
+    fn radius(own: PyRef<'_, Self>) -> PyResult<f32> {
+        read(&own, |light| light.radius)
+    }
+
+    #[setter]
+    fn set_radius(own: PyRef<'_, Self>, radius: &Bound<'_, PyAny>) -> PyResult<()> {
+        let radius = self::radius(required("radius", radius)?)?;
+        edit(&own, move |light| light.radius = radius)
+    }
+
+    /// Degrees, of a directional light: its angular diameter. Shadows have penumbrae by it; 0: hard edges.
+    #[getter]
+    fn angle_degrees(own: PyRef<'_, Self>) -> PyResult<f32> {
+        read(&own, |light| light.angle.to_degrees())
+    }
+
+    #[setter]
+    fn set_angle_degrees(own: PyRef<'_, Self>, angle_degrees: &Bound<'_, PyAny>) -> PyResult<()> {
+        let angle = self::angle(required("angle_degrees", angle_degrees)?)?;
+        edit(&own, move |light| light.angle = angle)
     }
 
     /// Gives it all of another description.

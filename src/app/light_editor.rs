@@ -111,6 +111,18 @@ fn shadows(ui: &mut Ui, light: &mut Light) {
             ui.add(number(&mut light.shadow_near).range(1e-3..=1e3).speed(0.005).max_decimals(3).suffix(" m"));
         }
     });
+    if light.kind == LightKind::Directional {
+        let mut degrees = light.angle.to_degrees();
+        field(ui, "angle", |ui| {
+            let drag = number(&mut degrees).range(0.0..=Light::MOST_DEGREES).speed(0.01).max_decimals(2).suffix("°");
+            if ui.add(drag).changed() {
+                light.angle = degrees.to_radians();
+            }
+        });
+    } else {
+        let radius = number(&mut light.radius).range(0.0..=Light::MOST_RADIUS).speed(0.005).max_decimals(3);
+        field(ui, "radius", |ui| ui.add(radius.suffix(" m")));
+    }
 }
 
 /// Half angles; the inner one, or the classic exponent.

@@ -31,7 +31,7 @@ pub struct RenderArgs {
 }
 
 /// What relief split has said of its shards, or makes no sense of one.
-const OF_SPLIT: [&str; 25] = [
+const OF_SPLIT: [&str; 24] = [
     "output",
     "sensors",
     "format",
@@ -53,7 +53,6 @@ const OF_SPLIT: [&str; 25] = [
     "samples",
     "specular_aa",
     "shadows",
-    "shadow_taps",
     "compress",
     "texture_memory",
     "no_cache",

@@ -57,9 +57,6 @@ pub struct ViewArgs {
     #[arg(long, value_name = "K", default_value_t = Settings::default().shadow_maps)]
     #[arg(value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
     pub shadows: u32,
-    /// Gathers of a look-up in a shadow map, each of four texels: 1, or 4 for softer edges
-    #[arg(long, value_name = "1|4", default_value = "1", value_parser = arguments::parse_samples)]
-    pub shadow_taps: u32,
     /// Compress textures to BC7, a quarter of the memory, where no loss is visible; kept in the cache
     #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
@@ -100,7 +97,6 @@ impl ViewArgs {
             samples: self.samples,
             specular_aa: self.specular_aa,
             shadow_maps: self.shadows,
-            shadow_taps: self.shadow_taps,
             ..Settings::default()
         }
     }

@@ -14,7 +14,7 @@
 //! ```
 
 use super::seen_shadows::Shadow;
-use super::shadow_layers::{Face, SIZE, Turn, rounding};
+use super::shadow_layers::{Face, SIZE, Turn, fade_bits, filter_of, rounding, upper_half};
 use glam::Vec3;
 use systems::lights::LightRecord;
 use systems::space::Sphere;
@@ -35,6 +35,8 @@ pub(super) struct Lamp {
     near: f32,
     /// Metres.
     range: f32,
+    /// Metres: the radius of what shines.
+    size: f32,
     /// Of a spot.
     cone: Option<Cone>,
 }
@@ -59,19 +61,19 @@ impl Lamp {
             let axis = Vec3::from(light.direction).normalize_or(Vec3::NEG_Z);
             let (cos, sin) = (1.0 - versine, (versine * (2.0 - versine)).max(0.0).sqrt());
             let fills = versine > 0.0 && versine <= WIDEST_SPOT;
-            let fills = fills.then(|| (Turn::new(axis), (0.5 * SIZE as f32 - GUTTER) / (sin / cos)));
+            let fills = fills.then(|| (Turn::new(axis), upper_half((0.5 * SIZE as f32 - GUTTER) / (sin / cos))));
             Cone { axis, edge: [cos, sin], fills }
         });
         let range = 1.0 / light.inverse_range_squared.sqrt();
-        Self { position: light.position.into(), near, range, cone }
+        Self { position: light.position.into(), near, range, size: light.size, cone }
     }
 
-    /// The record that shaders read of the light's layer: quaternion, texels of a slope of one (0 for six faces), and
-    /// in one word how much of the shadow is seen, in parts of 65,535, and the upper half of the near distance's bits.
+    /// The record that shaders read of the light's layer: quaternion; in one word the size and texels of a slope of one
+    /// (0 for six faces), and in one how much of the shadow is seen, in parts of 65,535, and the near distance. Of each
+    /// of these floats it is the upper half of its bits.
     pub fn record(&self, fade: f32) -> [u32; 4] {
         let ([x, y], scale) = self.fills().map_or(([0; 2], 0.0), |(turn, scale)| (turn.words(), scale));
-        let fade = (fade.clamp(0.0, 1.0) * f32::from(u16::MAX)).round() as u32;
-        [x, y, scale.to_bits(), self.near().to_bits() | fade]
+        [x, y, scale.to_bits() | self.size.to_bits() >> 16, self.near().to_bits() | fade_bits(fade)]
     }
 
     fn fills(&self) -> Option<(Turn, f32)> {
@@ -80,7 +82,12 @@ impl Lamp {
 
     /// The near distance as shaders have it.
     pub fn near(&self) -> f32 {
-        f32::from_bits(self.near.to_bits() & !u32::from(u16::MAX))
+        upper_half(self.near)
+    }
+
+    /// Texels around a caster that a look-up may read it from.
+    pub fn filter(&self) -> f32 {
+        filter_of(self.size)
     }
 
     /// The faces of its layer.
@@ -135,11 +142,11 @@ impl Lamp {
         m + radius >= self.near() && ![face.right, -face.right, face.up, -face.up].into_iter().any(outside)
     }
 
-    /// The shadow of a sphere, with room for a filter of so many texels; `None` where it is at the light.
-    pub fn shadow(&self, sphere: Sphere, filter: f32) -> Option<Shadow> {
+    /// The shadow of a sphere, with room for what filters read; `None` where it is at the light.
+    pub fn shadow(&self, sphere: Sphere) -> Option<Shadow> {
         let v = sphere.center - self.position;
         let distance = v.length();
-        let room = filter * distance / SMALLEST_SCALE + rounding(sphere.center, self.position);
+        let room = self.filter() * distance / SMALLEST_SCALE + rounding(sphere.center, self.position);
         let start = Sphere { center: sphere.center, radius: sphere.radius * 1.001 + room };
         let growth = start.radius / distance;
         // What is lit at the cone's edge touches a sphere that is farther away by its angle's cosine.

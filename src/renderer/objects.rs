@@ -53,7 +53,7 @@ impl Renderer {
         pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
         let shadows = match view.pass.shadows() {
             Shadows::None => None,
-            Shadows::Maps { .. } => self.own.shadow_maps.group(),
+            Shadows::Maps => self.own.shadow_maps.group(),
             Shadows::Traced => view.traced.as_ref(),
         };
         if let Some(shadows) = shadows {

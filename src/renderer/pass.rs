@@ -36,8 +36,8 @@ pub(super) enum Shadows {
     /// All of it.
     #[default]
     None,
-    /// Shadow maps, with so many comparisons.
-    Maps { taps: u32 },
+    /// Shadow maps.
+    Maps,
     /// Rays.
     Traced,
 }

@@ -206,14 +206,11 @@ impl Pipelines {
     fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
         let with_shadows = match pass.shadows() {
             Shadows::None => None,
-            Shadows::Maps { .. } => self.shadowed.as_ref(),
+            Shadows::Maps => self.shadowed.as_ref(),
             Shadows::Traced => self.traced.as_ref(),
         };
         let Forward { module, layout } = with_shadows.map_or(&self.forward, |(forward, _)| forward);
-        let mut constants = object_constants(pass, key).to_vec();
-        if let Shadows::Maps { taps } = pass.shadows() {
-            constants.push(("SHADOW_TAPS", f64::from(taps)));
-        }
+        let constants = object_constants(pass, key);
         let blend = key.alpha == AlphaMode::Blend && !matches!(pass, Pass::Outputs(_));
         let targets = pass.targets(key);
         let (vertex_entry, fragment_entry) = pass.entry_points(key);
@@ -297,7 +294,7 @@ impl Pipelines {
 }
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
-pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 18] {
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 19] {
     let (debug, specular_aa) = match pass {
         Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),
         Pass::Emboss { .. } | Pass::Outputs(_) => (DebugView::Off, false),
@@ -325,6 +322,7 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
         ("LAMPS_WITH_SHADOWS", f64::from(u32::from(lights.lamp_shadows))),
         ("SUNS_WITH_SHADOWS", f64::from(u32::from(lights.sun_shadows))),
+        ("LIGHTS_WITH_SIZES", f64::from(u32::from(lights.sizes))),
         ("SPECULAR_AA", f64::from(u32::from(specular_aa))),
         ("DEBUG", f64::from(debug as u32)),
         ("EMBOSS_STEP", f64::from(emboss_step)),

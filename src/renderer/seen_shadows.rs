@@ -162,7 +162,7 @@ mod tests {
                 let level = across.log2().ceil().max(0.0);
                 let blends = across / level.exp2() > 0.8;
                 for level in [Some(level as u32), blends.then_some(level as u32 + 1)].into_iter().flatten() {
-                    let light = LayerLight::Sun(SunLayer::new(SunLevel::around(eye, turn, level)));
+                    let light = LayerLight::Sun(SunLayer::new(SunLevel::around(eye, turn, level), 0.0));
                     prop_assert!(receivers.may_show(&light, on_ray(40.0 * z)), "level {level}");
                 }
             }
@@ -202,7 +202,7 @@ mod tests {
         let view = SeenView::of(&view, 1e-3);
         let bounds = Some((Vec3::new(-50.0, 0.0, -50.0), Vec3::new(50.0, 3.0, 50.0)));
         let receivers = SeenReceivers::new([view].into_iter(), bounds);
-        let level = |turn, level| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::Y, turn, level)));
+        let level = |turn, level| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::Y, turn, level), 0.0));
         let sun = |direction| [0, 1, 2, 3].map(|number| level(Turn::new(direction), number));
         let (above, behind) = (sun(Vec3::NEG_Y), sun(Vec3::new(0.0, -0.1, -1.0)));
         let position = [0.0, 4.0, 8.0];

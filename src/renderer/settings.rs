@@ -166,8 +166,6 @@ pub struct Settings {
     /// The four brightest directional lights have theirs besides. 0: no shadows at all; at most
     /// [`Self::MOST_SHADOW_MAPS`].
     pub shadow_maps: u32,
-    /// Gathers of a look-up in a shadow map, each of four texels: 1, or 4 for softer edges.
-    pub shadow_taps: u32,
     /// What is drawn of the view. Without the picture, its target stays as it is, or has undefined colours. Others are
     /// drawn with the picture where pixels have one sample each and no object is drawn with
     /// [`Technique::EmbossMultipass`], else in a pass after it.
@@ -198,7 +196,6 @@ impl Default for Settings {
             occlusion: Occlusion::Auto,
             few_on_cpu: false,
             shadow_maps: 32,
-            shadow_taps: 1,
             outputs: OutputSet::COLOR,
         }
     }

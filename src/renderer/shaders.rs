@@ -133,6 +133,7 @@ mod tests {
             number("NO_LIGHT", NO_LIGHT),
             number("LAYER_BITS", u8::MAX.into()),
             number("SHADOW_SIZE", shadow_layers::SIZE),
+            ("WIDEST", f64::from(shadow_layers::WIDEST_FILTER) - 0.5),
             ("SHADOW_GUTTER", lamp_layers::GUTTER.into()),
             ("SMALL_FACE_SCALE", lamp_layers::SMALLEST_SCALE.into()),
             ("FIRST_LEVEL", sun_levels::FIRST.into()),
@@ -182,10 +183,12 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 23] = [
+    const SHADERS_OWN: [(&str, &str); 25] = [
         ("OUTLINE_AHEAD", "how outlines of portals look"),
         ("OUTLINE_HALF_WIDTH", "the same"),
         ("STEEPEST", "a bound of the look-up"),
+        ("NARROWEST", "a bound of the look-up's filter"),
+        ("LIKELY", "a bound of the look-up's filter"),
         ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),
         ("IN_VIEW", "a bit of `visibility`"),
         ("SEEN", "a bit of `visibility`"),
@@ -274,9 +277,8 @@ mod tests {
     fn every_override_of_the_shaders_is_set() {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
-        // By `Culling::new` and `Culling::make_for_cells`, `CellPipelines::new`, `Scatter::make`, `Pipelines::tone_map`
-        // and `make_object`.
-        let others = ["CELLS", "OPACITY", "PHASE", "TEXELS", "TONE_MAP", "SHADOW_TAPS"];
+        // By `Culling::new` and `Culling::make_for_cells`, `CellPipelines::new`, `Scatter::make` and `Pipelines::tone_map`.
+        let others = ["CELLS", "OPACITY", "PHASE", "TEXELS", "TONE_MAP"];
         let set: BTreeSet<&str> = of_objects.into_iter().chain(others).collect();
         let other = &declared("override") ^ &set;
         assert!(other.is_empty(), "not set, or no longer there: {other:?}");

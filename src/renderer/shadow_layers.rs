@@ -112,8 +112,8 @@ impl LayerLight {
     /// Where a caster can be seen to cast its shadow; `None`: anywhere.
     pub fn shadow(&self, sphere: Sphere) -> Option<Shadow> {
         match self {
-            Self::Lamp(lamp) => lamp.shadow(sphere, FILTER),
-            Self::Sun(level) => Some(level.shadow(sphere, FILTER)),
+            Self::Lamp(lamp) => lamp.shadow(sphere),
+            Self::Sun(level) => Some(level.shadow(sphere)),
         }
     }
 
@@ -135,8 +135,23 @@ impl LayerLight {
     }
 }
 
-/// Texels around a caster that a look-up may read it from: filters, and levels of detail.
-const FILTER: f32 = 4.0;
+/// Texels from a place to the farthest one that a filter reads, of a light with a size.
+pub(super) const WIDEST_FILTER: f32 = 6.0;
+
+/// Texels around a caster that a look-up may read it from: for levels of detail and rounding, and by filters.
+pub(super) fn filter_of(size: f32) -> f32 {
+    3.0 + if size > 0.0 { WIDEST_FILTER } else { 1.0 }
+}
+
+/// A float without the lower half of its bits, which records have no room for.
+pub(super) fn upper_half(value: f32) -> f32 {
+    f32::from_bits(value.to_bits() & !u32::from(u16::MAX))
+}
+
+/// How much of a light's shadow is seen, as records have it in the lower half of a word: in parts of 65,535.
+pub(super) fn fade_bits(fade: f32) -> u32 {
+    (fade.clamp(0.0, 1.0) * f32::from(u16::MAX)).round() as u32
+}
 
 /// Room for rounding of a distance between two points, metres: it grows with their distance from the origin.
 pub(super) fn rounding(a: Vec3, b: Vec3) -> f32 {

@@ -15,7 +15,7 @@ use super::lamp_layers::Lamp;
 use super::layer_casters::{Changes, DueFace, DueLayer, Layer, Owner, Start};
 use super::meshes::Meshes;
 use super::seen_shadows::{SeenReceivers, SeenView};
-use super::shadow_layers::{Face, LayerLight, MOST_LAYERS, SIZE, Turn};
+use super::shadow_layers::{Face, LayerLight, MOST_LAYERS, SIZE, Turn, fade_bits, upper_half};
 use super::shadow_pass::{Maps, OnDevice, begin_pass, face_stride};
 use super::sun_levels::{LEVELS, SunLayer, SunLevel, turn_of};
 use super::tables::SHADOW_RECORDS;
@@ -65,8 +65,8 @@ pub(super) struct ShadowMaps {
     /// By number.
     layers: Vec<Layer>,
     by_owner: BTreeMap<Owner, usize>,
-    /// The directional lights that have levels, brightest first, and how their frames are turned.
-    suns: Vec<(Ranked, Turn)>,
+    /// The directional lights that have levels, brightest first.
+    suns: Vec<Sun>,
     /// Made when a view first asks for it.
     device: Option<OnDevice>,
     /// The shadow records of lights by their slots, counted from 1, as the light table on the device has them.
@@ -75,6 +75,16 @@ pub(super) struct ShadowMaps {
     /// What was looked at last.
     seen: Option<Seen>,
     pub stats: ShadowStats,
+}
+
+/// A directional light that has levels.
+#[derive(Debug)]
+struct Sun {
+    ranked: Ranked,
+    /// Its frame's.
+    turn: Turn,
+    /// Tangent of half its angle.
+    size: f32,
 }
 
 /// What lists of casters depend on beside the lights.
@@ -144,14 +154,16 @@ impl ShadowMaps {
     ) {
         self.stats = ShadowStats::default();
         let suns = frame.shadows.map_or_else(Vec::new, |scene| rank_suns(scene.lights()));
-        let turn =
-            |sun: &Ranked| frame.list.lights.records.get(sun.slot as usize).map(|light| turn_of(&light.unpacked()));
-        self.suns = suns.into_iter().filter_map(|sun| Some((sun, turn(&sun)?))).collect();
+        let sun = |ranked: Ranked| {
+            let light = frame.list.lights.records.get(ranked.slot as usize)?.unpacked();
+            Some(Sun { ranked, turn: turn_of(&light), size: light.size })
+        };
+        self.suns = suns.into_iter().filter_map(sun).collect();
         let mut wanted = BTreeSet::new();
         for level in 0..LEVELS {
             for view in views {
                 wanted.extend(
-                    self.suns.iter().map(|&(_, turn)| Owner::Sun(SunLevel::around(view.plan.view.eye(), turn, level))),
+                    self.suns.iter().map(|sun| Owner::Sun(SunLevel::around(view.plan.view.eye(), sun.turn, level))),
                 );
             }
         }
@@ -190,7 +202,7 @@ impl ShadowMaps {
             Owner::Lamp(slot) => Some((slot, layer as u8 + 1)),
             Owner::Sun(_) => None,
         };
-        let suns = self.suns.iter().zip(SUN_RECORDS as u8 + 1..).map(|((sun, _), number)| (sun.slot, number));
+        let suns = self.suns.iter().zip(SUN_RECORDS as u8 + 1..).map(|(sun, number)| (sun.ranked.slot, number));
         self.by_slot = self.by_owner.iter().filter_map(lamp).chain(suns).collect();
         self.stats.lights = self.by_slot.len() as u32;
         self.stats.layers = self.by_owner.len() as u32;
@@ -209,16 +221,17 @@ impl ShadowMaps {
             return records;
         }
         records.resize(LEVEL_RECORDS + self.suns.len() * LEVELS as usize, [0; 4]);
-        for (number, &(sun, turn)) in self.suns.iter().enumerate() {
+        for (number, sun) in self.suns.iter().enumerate() {
             let first = LEVEL_RECORDS + number * LEVELS as usize;
             let mut count = 0;
-            for level in (0..LEVELS).map(|level| SunLevel::around(view.plan.view.eye(), turn, level)) {
+            for level in (0..LEVELS).map(|level| SunLevel::around(view.plan.view.eye(), sun.turn, level)) {
                 let Some(&layer) = self.by_owner.get(&Owner::Sun(level)) else { break };
                 records[first + count] = level.record(view.plan.view.eye(), layer as u32);
                 count += 1;
             }
-            let [x, y] = turn.words();
-            records[SUN_RECORDS + number] = [x, y, first as u32 | (count as u32) << 16, sun.fade.to_bits()];
+            let [x, y] = sun.turn.words();
+            let levels = first as u32 | (count as u32) << 16;
+            records[SUN_RECORDS + number] = [x, y, levels, upper_half(sun.size).to_bits() | fade_bits(sun.ranked.fade)];
         }
         records
     }
@@ -264,7 +277,11 @@ impl ShadowMaps {
         let is_still = changes.slots.is_empty() && changes.materials.is_empty() && !changes.all_masks;
         let light_of = |owner| match owner {
             Owner::Lamp(slot) => lamp(slot, &scene, list).map(LayerLight::Lamp),
-            Owner::Sun(level) => Some(LayerLight::Sun(SunLayer::new(level))),
+            Owner::Sun(level) => {
+                let alike = self.suns.iter().filter(|sun| sun.turn == level.turn);
+                let widest = alike.map(|sun| sun.size).fold(0.0, f32::max);
+                Some(LayerLight::Sun(SunLayer::new(level, widest)))
+            }
         };
         let lights = self.layers.iter_mut().filter_map(|layer| Some((light_of(layer.owner?)?, layer)));
         let is_concerned = |(light, layer): &(_, &mut Layer)| {

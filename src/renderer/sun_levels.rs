@@ -13,7 +13,7 @@
 //! the light than that lies flat on the near plane; what is farther away is no caster.
 
 use super::seen_shadows::Shadow;
-use super::shadow_layers::{Face, SIZE, Turn, rounding};
+use super::shadow_layers::{Face, SIZE, Turn, WIDEST_FILTER, filter_of, rounding};
 use glam::{DVec3, Vec3};
 use systems::lights::LightRecord;
 use systems::space::Sphere;
@@ -31,13 +31,14 @@ const CELLS: f64 = 4.0;
 /// (`shaders/shadows.wgsl`: `LEVEL_ALONE`, `LEVEL_USED`).
 pub(super) const LOOKED_UP: [f32; 2] = [0.3, 0.75];
 /// How far from the middle of a level, in parts of the way to its sides, eyes of its cell look up, and filters read.
-const READ: f32 = LOOKED_UP[1] + 0.5 / CELLS as f32 + 0.01;
+const READ: f32 = LOOKED_UP[1] + 0.5 / CELLS as f32 + 2.0 * WIDEST_FILTER / SIZE as f32 + 0.01;
 
 /// A level of a directional light around an eye: all that decides what its layer holds, beside the casters.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct SunLevel {
     level: u32,
-    turn: Turn,
+    /// The way that the light's frame is turned.
+    pub turn: Turn,
     /// Of the grid, in the light's frame.
     cell: [i32; 3],
 }
@@ -56,7 +57,7 @@ impl SunLevel {
 
     /// The record that shaders read: where an eye is from the middle, in the light's frame, and the layer.
     pub fn record(self, eye: Vec3, layer: u32) -> [u32; 4] {
-        let origin = SunLayer::new(self).origin;
+        let origin = SunLayer::new(self, 0.0).origin;
         let offset = (self.turn.matrix() * (eye.as_dvec3() - origin.as_dvec3())).as_vec3();
         [offset.x.to_bits(), offset.y.to_bits(), offset.z.to_bits(), layer]
     }
@@ -71,13 +72,15 @@ pub(super) struct SunLayer {
     axes: [Vec3; 3],
     /// Metres from the middle to the sides.
     half: f32,
+    /// Tangent of half the angle of the light's disc.
+    size: f32,
 }
 
 impl SunLayer {
-    pub fn new(level: SunLevel) -> Self {
+    pub fn new(level: SunLevel, size: f32) -> Self {
         let middle = DVec3::from(level.cell.map(f64::from)) * cell_width(level.level);
         let origin = (level.turn.matrix().inverse() * middle).as_vec3();
-        Self { origin, axes: level.turn.rows(), half: level.half() }
+        Self { origin, axes: level.turn.rows(), half: level.half(), size }
     }
 
     /// Metres that a texel covers.
@@ -107,9 +110,9 @@ impl SunLayer {
         self.axes[2].normalize()
     }
 
-    /// The shadow of a sphere, with room for a filter of so many texels.
-    pub fn shadow(&self, sphere: Sphere, filter: f32) -> Shadow {
-        let room = filter * self.texel() + rounding(sphere.center, self.origin);
+    /// The shadow of a sphere, with room for what filters read.
+    pub fn shadow(&self, sphere: Sphere) -> Shadow {
+        let room = filter_of(self.size) * self.texel() + rounding(sphere.center, self.origin);
         let start = Sphere { center: sphere.center, radius: sphere.radius * 1.001 + room };
         Shadow { start, along: -self.toward(), growth: 0.0, length: f32::INFINITY }
     }
@@ -169,7 +172,7 @@ mod tests {
     fn samples_stay_where_they_are_when_the_eye_moves() {
         let turn = Turn::new(DOWN[1]);
         for level in 0..LEVELS {
-            let at = |eye: Vec3| SunLayer::new(SunLevel::around(eye, turn, level));
+            let at = |eye: Vec3| SunLayer::new(SunLevel::around(eye, turn, level), 0.0);
             let (here, there) = (at(Vec3::new(3.0, 2.0, 1.0)), at(Vec3::new(203.0, -40.0, 150.0)));
             assert_ne!(here, there);
             let way = turn.matrix() * (there.origin - here.origin).as_dvec3() / f64::from(here.texel());
@@ -195,7 +198,7 @@ mod tests {
         ] {
             let sphere = Sphere { center: eye + across * side + 300.0 * turn.rows()[2], radius: 0.01 };
             for level in 0..LEVELS {
-                let layer = SunLayer::new(SunLevel::around(eye, turn, level));
+                let layer = SunLayer::new(SunLevel::around(eye, turn, level), 0.0);
                 let serves = layer.serves(eye, sphere);
                 assert_eq!(serves, levels.contains(&level), "{across} {level}");
                 assert!(!serves || layer.reaches(sphere));
@@ -206,7 +209,7 @@ mod tests {
     #[test]
     fn what_is_before_a_level_is_reached_however_far_and_what_is_beside_it_is_not() {
         for way in DOWN.map(Vec3::normalize) {
-            let level = SunLayer::new(SunLevel::around(Vec3::new(5.0, 1.0, -7.0), Turn::new(way), 2));
+            let level = SunLayer::new(SunLevel::around(Vec3::new(5.0, 1.0, -7.0), Turn::new(way), 2), 0.0);
             let side = Turn::new(way).rows()[0];
             let ball =
                 |along: f32, across: f32| Sphere { center: level.origin - along * way + across * side, radius: 1.0 };

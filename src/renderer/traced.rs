@@ -6,8 +6,8 @@
 //! ```text
 //! word 0     pixels in a row
 //! words 1…   of each pixel, rows from the top, the word at which its surfaces begin; 0 where it has none
-//! surface    slot of the object  ·  how many words of bits follow, and ANOTHER_SURFACE if the pixel has more surfaces
-//!            bits: light n of the object is seen if bit n mod 32 of word n / 32 is set
+//! surface    slot of the object  ·  how many words of shares follow, and ANOTHER_SURFACE if the pixel has more surfaces
+//!            shares: byte n mod 4 of word n / 4 is how much is seen of light n of the object, in parts of 255
 //! ```
 //!
 //! What a pixel shows of an object without a surface there has no shadows.
@@ -16,7 +16,7 @@ use super::{Gpu, RenderError, Renderer, ViewState};
 
 /// Set in the second word of a surface that another one of the pixel follows.
 pub(super) const ANOTHER_SURFACE: u32 = 1 << 31;
-const BITS: usize = u32::BITS as usize;
+const SHARES: usize = size_of::<u32>();
 
 /// A row of pixels of [`TracedShadows`].
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -27,20 +27,20 @@ pub struct TracedRow {
 }
 
 impl TracedRow {
-    /// The next pixel: of each surface that it shows the object's slot, and which of the object's lights are seen from
-    /// there, in the order of its list.
-    pub fn push_pixel(&mut self, surfaces: &[(u32, Vec<bool>)]) {
+    /// The next pixel: of each surface that it shows the object's slot, and how much of each of the object's lights
+    /// is seen from there, in parts of 255, in the order of its list.
+    pub fn push_pixel(&mut self, surfaces: &[(u32, Vec<u8>)]) {
         self.starts.push((!surfaces.is_empty()).then_some(self.words.len()));
         for (number, (slot, seen)) in surfaces.iter().enumerate() {
             let another = if number + 1 < surfaces.len() { ANOTHER_SURFACE } else { 0 };
-            self.words.extend([*slot, seen.len().div_ceil(BITS) as u32 | another]);
-            let word = |seen: &[bool]| (0..).zip(seen).fold(0, |word, (bit, &seen)| word | u32::from(seen) << bit);
-            self.words.extend(seen.chunks(BITS).map(word));
+            self.words.extend([*slot, seen.len().div_ceil(SHARES) as u32 | another]);
+            let word = |seen: &[u8]| (0..).zip(seen).fold(0, |word, (at, &seen)| word | u32::from(seen) << (8 * at));
+            self.words.extend(seen.chunks(SHARES).map(word));
         }
     }
 }
 
-/// Which lights the surfaces of each pixel of a picture see.
+/// How much of each light the surfaces of each pixel of a picture see.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TracedShadows {
     words: Vec<u32>,
@@ -112,11 +112,11 @@ mod tests {
     fn words_are_those_of_the_table_above() {
         let mut rows = [TracedRow::default(), TracedRow::default()];
         rows[0].push_pixel(&[]);
-        rows[0].push_pixel(&[(7, vec![true, false, true]), (9, [vec![false; 32], vec![true]].concat())]);
+        rows[0].push_pixel(&[(7, vec![255, 0, 17]), (9, vec![0, 0, 0, 0, 3])]);
         rows[1].push_pixel(&[(5, vec![])]);
-        rows[1].push_pixel(&[(6, vec![false])]);
+        rows[1].push_pixel(&[(6, vec![0])]);
         let found = TracedShadows::from_rows(&rows);
-        let surfaces = [&[7, 1 | ANOTHER_SURFACE, 0b101][..], &[9, 2, 0, 1], &[5, 0], &[6, 1, 0]].concat();
+        let surfaces = [&[7, 1 | ANOTHER_SURFACE, 0x11_00ff][..], &[9, 2, 0, 3], &[5, 0], &[6, 1, 0]].concat();
         assert_eq!(found.words, [&[2, 0, 5, 12, 14][..], &surfaces].concat());
     }
 }

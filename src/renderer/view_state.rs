@@ -256,7 +256,7 @@ impl ViewState {
             && matches!(settings.debug, DebugView::Off | DebugView::Visibility);
         let shadows = match (&self.traced, has_maps) {
             (Some(_), _) => Shadows::Traced,
-            (None, true) => Shadows::Maps { taps: if settings.shadow_taps < 4 { 1 } else { 4 } },
+            (None, true) => Shadows::Maps,
             (None, false) => Shadows::None,
         };
         let pass = |beside| Pass::Color {

@@ -26,6 +26,7 @@ pub struct PointLight {
     pub on: bool,
     pub shadows: bool,
     pub shadow_near: f32,
+    pub radius: f32,
 }
 
 impl Default for PointLight {
@@ -40,6 +41,7 @@ impl Default for PointLight {
             on: light.enabled,
             shadows: light.shadows,
             shadow_near: light.shadow_near,
+            radius: light.radius,
         }
     }
 }
@@ -56,6 +58,7 @@ pub struct SpotLight {
     pub on: bool,
     pub shadows: bool,
     pub shadow_near: f32,
+    pub radius: f32,
     pub cutoff_degrees: Option<f32>,
     pub exponent: Option<f32>,
     pub inner_degrees: Option<f32>,
@@ -64,7 +67,7 @@ pub struct SpotLight {
 
 impl Default for SpotLight {
     fn default() -> Self {
-        let PointLight { color, intensity, range, attenuation, ambient, on, shadows, shadow_near } =
+        let PointLight { color, intensity, range, attenuation, ambient, on, shadows, shadow_near, radius } =
             PointLight::default();
         Self {
             color,
@@ -75,6 +78,7 @@ impl Default for SpotLight {
             on,
             shadows,
             shadow_near,
+            radius,
             cutoff_degrees: None,
             exponent: None,
             inner_degrees: None,
@@ -91,12 +95,13 @@ pub struct DirectionalLight {
     pub ambient: Color,
     pub on: bool,
     pub shadows: bool,
+    pub angle_degrees: f32,
 }
 
 impl Default for DirectionalLight {
     fn default() -> Self {
         let PointLight { color, intensity, ambient, on, shadows, .. } = PointLight::default();
-        Self { color, intensity, ambient, on, shadows }
+        Self { color, intensity, ambient, on, shadows, angle_degrees: lights::Light::SUN_DEGREES }
     }
 }
 
@@ -119,8 +124,11 @@ impl Check<'_> {
         self.color("color", color, BRIGHTEST);
         self.color("ambient", ambient, BRIGHTEST);
         self.number("intensity", intensity, 0.0, BRIGHTEST);
-        if let Light::Point(PointLight { shadow_near, .. }) | Light::Spot(SpotLight { shadow_near, .. }) = light {
+        if let Light::Point(PointLight { shadow_near, radius, .. })
+        | Light::Spot(SpotLight { shadow_near, radius, .. }) = light
+        {
             self.number("shadow_near", *shadow_near, 1e-3, FARTHEST as f32);
+            self.number("radius", *radius, 0.0, lights::Light::MOST_RADIUS);
         }
         match light {
             Light::Point(l) => local(self, l.range, l.attenuation),
@@ -142,7 +150,9 @@ impl Check<'_> {
                     self.number("inner_degrees", l.inner_degrees.unwrap_or(0.0), 0.0, outer);
                 }
             }
-            Light::Directional(_) => {}
+            Light::Directional(l) => {
+                self.number("angle_degrees", l.angle_degrees, 0.0, lights::Light::MOST_DEGREES);
+            }
         }
     }
 }
@@ -161,6 +171,8 @@ pub fn light(source: &Light) -> lights::Light {
             enabled: l.on,
             shadows: l.shadows,
             shadow_near: l.shadow_near,
+            radius: l.radius,
+            ..lights::Light::point(l.intensity, range(l.range))
         },
         Light::Spot(l) => lights::Light {
             kind: cone(l),
@@ -172,11 +184,14 @@ pub fn light(source: &Light) -> lights::Light {
             enabled: l.on,
             shadows: l.shadows,
             shadow_near: l.shadow_near,
+            radius: l.radius,
+            ..lights::Light::point(l.intensity, range(l.range))
         },
         Light::Directional(l) => lights::Light {
             ambient: l.ambient.rgb(),
             enabled: l.on,
             shadows: l.shadows,
+            angle: l.angle_degrees.to_radians(),
             ..lights::Light::directional(l.intensity).with_color(l.color.rgb())
         },
     }

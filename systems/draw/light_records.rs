@@ -38,6 +38,7 @@ pub fn update_light_table(
             draw_list.light_features.exponents |= matches!(light.kind, LightKind::Spot { inner: None, .. });
             draw_list.light_features.lamp_shadows |= light.shadows && attenuated;
             draw_list.light_features.sun_shadows |= light.shadows && !attenuated;
+            draw_list.light_features.sizes |= light.shadows && light.size() > 0.0;
             draw_list.light_features.ambient |= light.ambient != Vec3::ZERO;
             table.write(&mut draw_list.lights, slot.0, light_record(light, &transforms[row]).packed());
             table.write_shadow(slot.0, light.shadows.then_some(light.shadow_near));

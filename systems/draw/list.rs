@@ -49,6 +49,8 @@ pub struct LightFeatures {
     pub lamp_shadows: bool,
     /// A directional light that does.
     pub sun_shadows: bool,
+    /// A light that casts shadows and has a size.
+    pub sizes: bool,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.

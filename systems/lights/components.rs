@@ -66,6 +66,11 @@ pub struct Light {
     pub shadows: bool,
     /// Metres: what is nearer to the light casts none, such as the glass of its lamp.
     pub shadow_near: f32,
+    /// Metres, of a point light or a spot: the radius of the ball that shines, by which its shadows have penumbrae. 0: a
+    /// point, whose shadows have hard edges. Nothing else depends on it.
+    pub radius: f32,
+    /// Radians, of a directional light: its angular diameter, by which its shadows have penumbrae. 0: hard edges.
+    pub angle: f32,
 }
 
 impl Light {
@@ -74,6 +79,12 @@ impl Light {
     pub const INVERSE_SQUARE: Vec3 = Vec3::Z;
     /// Metres: [`Light::shadow_near`] unless another is given.
     pub const SHADOW_NEAR: f32 = 0.05;
+    /// Metres: the largest [`Light::radius`].
+    pub const MOST_RADIUS: f32 = 100.0;
+    /// Degrees: [`Light::angle`] unless another is given, the sun's as seen from Earth.
+    pub const SUN_DEGREES: f32 = 0.53;
+    /// Degrees: the largest [`Light::angle`].
+    pub const MOST_DEGREES: f32 = 90.0;
 
     /// A white point light with inverse-square attenuation of unit reach: 1 / (1 + d²).
     pub fn point(intensity: f32, range: f32) -> Self {
@@ -87,6 +98,8 @@ impl Light {
             enabled: true,
             shadows: false,
             shadow_near: Self::SHADOW_NEAR,
+            radius: 0.0,
+            angle: 0.0,
         }
     }
 
@@ -104,6 +117,7 @@ impl Light {
             kind: LightKind::Directional,
             range: f32::INFINITY,
             attenuation: Vec3::X,
+            angle: Self::SUN_DEGREES.to_radians(),
             ..Self::point(intensity, f32::INFINITY)
         }
     }
@@ -132,6 +146,14 @@ impl Light {
         self
     }
 
+    /// What a shadow's edge is blurred by: the radius in metres; of a directional light the tangent of half its angle.
+    pub(crate) fn size(&self) -> f32 {
+        match self.kind {
+            LightKind::Directional => (0.5 * self.angle).tan(),
+            LightKind::Point | LightKind::Spot { .. } => self.radius,
+        }
+    }
+
     /// Whether its numbers are numbers; the range alone may be infinite.
     pub(crate) fn is_sound(&self) -> bool {
         let cone = match self.kind {
@@ -141,6 +163,8 @@ impl Light {
         let vectors = [self.color, self.ambient, self.attenuation];
         let numbers = cone.iter().all(|n| n.is_finite()) && vectors.iter().all(|v| v.is_finite());
         let near = self.shadow_near.is_finite() && self.shadow_near > 0.0;
-        numbers && near && self.intensity.is_finite() && !self.range.is_nan()
+        let size = (0.0..=Self::MOST_RADIUS).contains(&self.radius)
+            && (0.0..=Self::MOST_DEGREES.to_radians()).contains(&self.angle);
+        numbers && near && size && self.intensity.is_finite() && !self.range.is_nan()
     }
 }

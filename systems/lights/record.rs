@@ -7,7 +7,8 @@
 //! words                  from the lowest bit of the first word up: red 14 bits, green 14, kind 4; blue 14,
 //!                        exponent 8, the upper 10 of direction's y; direction's x 21, the lower 11 of its y;
 //!                        versine_outer 16, exponent_or_cone_slope 16
-//! attenuation, ambient   three floats each, in texels that are read only where some light needs them
+//! attenuation, ambient   three floats each, in texels that are read only where some light needs them; behind the first
+//!                        the size, which no shader reads: shadow records have it
 //! ```
 //!
 //! - A channel of the colour is its bits, in two's complement, times 2^(exponent − 127).
@@ -67,6 +68,8 @@ pub struct LightRecord {
     pub versine_outer: f32,
     /// Ambient colour, linear RGB.
     pub ambient: [f32; 3],
+    /// Radius, metres; of a directional light the tangent of half its angular diameter.
+    pub size: f32,
 }
 
 /// One light in the table. Mirrors `PackedLight`; this file's head says how its words are made.
@@ -81,12 +84,12 @@ pub struct PackedLight {
     pub words: [u32; 4],
     /// As in [`LightRecord`].
     pub attenuation: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// As in [`LightRecord`].
+    pub size: f32,
     /// As in [`LightRecord`].
     pub ambient: [f32; 3],
     /// Room for 16-byte alignment.
-    pub pad1: u32,
+    pub pad0: u32,
 }
 
 /// An empty slot.
@@ -142,9 +145,9 @@ impl LightRecord {
                 u32::from(versine) | u32::from(slope) << 16,
             ],
             attenuation: self.attenuation,
-            pad0: 0,
+            size: self.size,
             ambient: self.ambient,
-            pad1: 0,
+            pad0: 0,
         }
     }
 }
@@ -187,6 +190,7 @@ impl PackedLight {
             direction: direction.into(),
             versine_outer: VERSINE.value(cone as u16),
             ambient: self.ambient,
+            size: self.size,
         }
     }
 }
@@ -262,6 +266,7 @@ mod tests {
             direction: direction.into(),
             versine_outer: 0.25,
             ambient: [0.1, 0.2, 0.3],
+            size: 0.25,
         }
     }
 

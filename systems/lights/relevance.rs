@@ -170,6 +170,7 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
         color: color.into(),
         attenuation: light.attenuation.max(Vec3::ZERO).into(),
         ambient: light.ambient.into(),
+        size: light.size().max(0.0),
         ..off
     };
     record.kind = match light.kind {
