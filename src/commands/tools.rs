@@ -1,8 +1,8 @@
 //! The commands that measure and compare, and make maps: those of the feature `tools`.
 
+use super::Process;
 use super::bench::{self, BenchArgs};
 use super::compare::{self, CompareArgs};
-use super::Process;
 use super::failure::Failure;
 use super::frame_error::FrameErrorArgs;
 use super::gallery::{self, GalleryArgs};
