@@ -285,7 +285,7 @@ impl ViewState {
 
     /// Finds the lights that have a shadow map in this view, if it or they changed.
     pub(super) fn rank_shadows(&mut self, frame: &FrameData<'_>, plan: &ViewPlan) {
-        let lights = frame.shadows.filter(|_| matches!(self.pass.shadows(), Shadows::Maps { .. }));
+        let lights = frame.shadows.filter(|_| matches!(self.pass.shadows(), Shadows::Maps));
         let Some(lights) = lights.map(|scene| scene.lights()) else {
             (self.ranked, self.ranked_for) = (Vec::new(), None);
             return;
@@ -301,7 +301,7 @@ impl ViewState {
 
     /// What it asks of the shadow maps; `None` where it has none.
     pub(super) fn shadowed<'a>(&'a self, plan: &'a ViewPlan) -> Option<ShadowedView<'a>> {
-        let has_maps = matches!(self.pass.shadows(), Shadows::Maps { .. });
+        let has_maps = matches!(self.pass.shadows(), Shadows::Maps);
         has_maps.then(|| ShadowedView { ranked: &self.ranked, plan })
     }
 

@@ -119,7 +119,7 @@ fn whatever_its_springs_and_the_step_it_stands_and_rolls_evenly() {
                     let lane = (i * dampings.len() + j) * masses.len() + k;
                     // Those that are hardly damped would go on bouncing.
                     let height = if matches!(damping, Some(1.0 | 5e4)) { 0.0 } else { 0.02 };
-                    let speed = if lane % 2 == 0 { 0.0 } else { 10.0 };
+                    let speed = if lane.is_multiple_of(2) { 0.0 } else { 10.0 };
                     let at = Transform::from_xyz(8.0 * lane as f32, height, 0.0);
                     let vehicle = spawn(&mut simulation, physical, at, speed);
                     want(&mut simulation, vehicle, 0.0, 0.0);

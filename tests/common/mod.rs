@@ -35,8 +35,8 @@ pub fn skip_always(why: &str) {
 #[allow(dead_code)]
 #[track_caller]
 pub fn has_ffmpeg() -> bool {
-    let runs = |tool: &&str| std::process::Command::new(tool).arg("-version").output().is_ok();
-    let has = ["ffmpeg", "ffprobe"].iter().all(|tool| runs(&tool));
+    let runs = |tool| std::process::Command::new(tool).arg("-version").output().is_ok();
+    let has = ["ffmpeg", "ffprobe"].into_iter().all(runs);
     if !has {
         skip("no ffmpeg");
     }
