@@ -102,12 +102,15 @@ def calls(sim):
         yield intensity, "color", "color", OPTIONAL
         yield intensity, "shadows", "flag", OPTIONAL
     for make in (relief.Light.point, relief.Light.spot):
-        yield lambda make=make, **given: make(1, **given), "range", "number", OPTIONAL
+        for name in ("range", "radius"):
+            yield lambda make=make, **given: make(1, **given), name, "number", OPTIONAL
+    yield lambda **given: relief.Light.directional(1, **given), "angle_degrees", "number", OPTIONAL
     for name in ("outer_degrees", "inner_degrees"):
         yield lambda **given: relief.Light.spot(1, **given), name, "number", OPTIONAL
     for name, kind in [("intensity", "number"), ("range", "number"), ("color", "color"), ("enabled", "flag")]:
         yield setter(lamp, name), 0, kind, (name, "missing")
     yield setter(lamp, "shadows"), 0, "flag", ("shadows", "missing")
+    yield setter(lamp, "radius"), 0, "number", ("radius", "missing")
     yield lamp.change, "light", "light", None
     yield setter(portal, "open"), 0, "number", ("open", "missing")
     signal = lambda **given: sim.set_signal(**{"name": "crossing", "shows": "red", **given})
@@ -152,7 +155,8 @@ def calls(sim):
     yield route.points, "along", "numbers", None
     yield lambda **given: route.points([1.0], **given), "lane", "count", OPTIONAL
     yield route.yaw, "along", "number", None
-    for function in (relief.step, relief.capture_due, lambda **given: relief.capture(sensor="front", **given)):
+    pictures = [lambda take=take, **given: take(sensor="front", **given) for take in (relief.capture, relief.look)]
+    for function in (relief.step, relief.capture_due, *pictures):
         yield function, "sims", "worlds", None
     yield lambda **given: relief.step([sim], **given), "n", "count", OPTIONAL
     yield lambda **given: relief.capture([sim], **given), "sensor", "text", None
