@@ -50,7 +50,7 @@ def test_the_program_of_environments_runs():
     import relief.envs
 
     page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-    (program,) = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    (program,) = [text for text in re.findall(r"```text\n(.*?)```", page, re.DOTALL) if "make_vec" in text]
     assert '"relief/Traffic-v0", 64,' in program
     names = {"gymnasium": gymnasium, "relief": relief}
     exec(program.replace("64,", "2,"), names)
