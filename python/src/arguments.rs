@@ -68,7 +68,7 @@ pub fn number(given: &Bound<'_, PyAny>) -> PyResult<f64> {
     if is_complex(given) { Err(PyTypeError::new_err("no real number")) } else { given.extract() }
 }
 
-/// Whether it is a complex number, of Python or numpy: these would be read as their real part.
+/// True of complex numbers, of Python or numpy: these would be read as their real part.
 fn is_complex(given: &Bound<'_, PyAny>) -> bool {
     let kind =
         || given.getattr("dtype").and_then(|dtype| dtype.getattr("kind")).and_then(|kind| kind.extract::<char>());

@@ -115,7 +115,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, process: &Process) ->
     let command = match Cli::read(std::iter::once("relief".into()).chain(arguments.iter().cloned())) {
         Ok(cli) => cli.chosen(),
         Err(error) => {
-            // As clap's own exit does; who reads it may be gone.
+            // As clap's own exit does; its reader may be gone.
             _ = error.print();
             return u8::try_from(error.exit_code()).unwrap_or(failure::BAD_INPUT);
         }
