@@ -25,12 +25,14 @@ const SUN_DEPTH: f32 = 2048.0;
 // has no other one.
 const LEVEL_USED: f32 = 0.75;
 const LEVEL_ALONE: f32 = 0.8;
-// Texels from a place: the narrowest and the widest filter of a light with a size.
-const NARROWEST: f32 = 1.0;
+// Half the side of a square that blurs as much as a disc of radius 1 does: of the same variance, √3/2.
+const SQUARE: f32 = 0.8660254;
+// Texels from a place to the side of the narrowest filter, which is bilinear, and of the widest.
+const NARROWEST: f32 = 0.5;
 const WIDEST: f32 = 5.5;
-// Casters are looked for as far around as the penumbra of one reaches that stands so many metres before the sun, or half
-// way to the lamp.
-const LIKELY: f32 = 10.0;
+// Casters are looked for as far around as the penumbra of one reaches that stands so many metres before the sun, or
+// half way to the lamp. For the sun's disc that is four gathers in the first two levels, and one beyond.
+const LIKELY: f32 = 7.5;
 // A plane's depth changes by no more than this many texels per texel.
 const STEEPEST: f32 = 20.0;
 
@@ -51,8 +53,8 @@ struct ShadowPlace {
     // What a filter may read around, texels.
     low: vec2f,
     high: vec2f,
-    // Texels from the middle of a penumbra to its edge, for a caster that is nearer to the light by 1 of depth; 0 for a
-    // point. And of the widest penumbra that is looked for.
+    // Texels from a place to the side of a filter as wide as a penumbra: of a caster that is nearer to the light by 1
+    // of depth, 0 for a point; and of the widest that is looked for.
     spread: f32,
     reach: f32,
 }
@@ -139,54 +141,52 @@ fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
     // Meshes are not planes between middles of texels, and rasterizers move them by up to a sixteenth. With so much
     // room light goes on behind a wall for less than a texel of the floor, and before it half is missing at the most.
     let plane = Plane(place.depth + 0.25 * place.texel + 0.4375 * (abs(slope.x) + abs(slope.y)), slope, layer);
-    if !LIGHTS_WITH_SIZES {
-        return point_share(place, plane);
-    }
-    // Gathers along a side of what is looked at for casters.
-    let side = select(u32(ceil(clamp(place.reach, NARROWEST, WIDEST) + 0.5)), 0u, place.spread == 0.0);
-    var between = 0.0;
-    var casters = 0.0;
-    var covered = 0.0;
-    let first = first_texel(place.at, f32(side) - 0.5);
-    for (var i = 0u; i < side * side; i++) {
-        let texels = texels_at(place, plane, first + 2.0 * vec2f(f32(i % side), f32(i / side)));
-        let casts = vec4f(in_the_way(texels, place));
-        casters += dot(casts, vec4f(1.0));
-        between += dot(casts, texels.depths - place.depth);
-        covered += dot(vec4f(texels.depths > texels.plane), vec4f(1.0));
-    }
-    if side == 0u {
-        return point_share(place, plane);
-    }
-    let is_dark = covered == f32(4u * side * side);
-    let radius = clamp(place.spread * between / max(casters, 1.0), NARROWEST, f32(side) - 0.5);
-    // Loops end early where no pixel needs them, which branches on the processor do not.
-    let filtered = select(u32(ceil(radius + 0.5)), 0u, is_dark || casters == 0.0);
+    // Half the side of a square around the place. Texels count by the part of them that lies in it.
+    var half = clamp(place.reach, NARROWEST, WIDEST);
+    // Along a side, and those that are done. Whole numbers: the loop ends, whatever the place is.
+    var gathers = gathers_along(half);
+    var done = vec2u(0u);
+    let widest = f32(gathers) - 0.5;
+    var is_search = true;
+    var is_open = false;
+    var depths = 0.0;
     var lit = 0.0;
-    var weight = 0.0;
-    let corner = first_texel(place.at, radius);
-    for (var i = 0u; i < filtered * filtered; i++) {
-        let texels = texels_at(place, plane, corner + 2.0 * vec2f(f32(i % filtered), f32(i / filtered)));
-        let weights = saturate(radius + 0.5 - texels.distances);
-        weight += dot(weights, vec4f(1.0));
-        lit += dot(weights, vec4f(!in_the_way(texels, place)));
+    // Casters are looked for, and then what is lit is added up once more, if that square is another one. Drivers on the
+    // processor run the body of each loop at least once: this is one loop, and its end is asked for last.
+    loop {
+        let texels = texels_at(place, plane, ceil(place.at - half - 1.0) + 2.0 * vec2f(done));
+        let weights = saturate(half + 0.5 - abs(texels.x)) * saturate(half + 0.5 - abs(texels.y));
+        let dark_weights = select(vec4f(0.0), weights, in_the_way(texels, place));
+        lit += dot(weights - dark_weights, vec4f(1.0));
+        if !LIGHTS_WITH_SIZES {
+            break;
+        }
+        depths += dot(dark_weights, texels.depths);
+        is_open |= any(texels.plane >= texels.depths);
+        done.x += 1u;
+        done = select(done, vec2u(0u, done.y + 1u), done.x == gathers);
+        let dark = 4.0 * half * half - lit;
+        let nearer = depths / max(dark, 1e-3) - place.depth;
+        let penumbra = clamp(place.spread * nearer, NARROWEST, widest);
+        let is_whole = done.y == gathers;
+        let is_again = is_whole && is_search && is_open && dark > 1e-3 && penumbra != half;
+        is_search = is_search && !is_whole;
+        if is_again {
+            half = penumbra;
+            gathers = gathers_along(half);
+            done = vec2u(0u);
+            lit = 0.0;
+        }
+        if is_whole && !is_again {
+            break;
+        }
     }
-    return select(lit / max(weight, 1e-6), select(1.0, 0.0, is_dark), filtered == 0u);
+    return select(0.0, lit / (4.0 * half * half), is_open || !LIGHTS_WITH_SIZES);
 }
 
-// Interpolated between four texels.
-fn point_share(place: ShadowPlace, plane: Plane) -> f32 {
-    let base = floor(place.at - 0.5);
-    let f = place.at - 0.5 - base;
-    let texels = texels_at(place, plane, base);
-    let lit = select(vec4f(0.0), vec4f(1.0), texels.plane >= texels.depths);
-    let rows = mix(lit.xz, lit.yw, f.x);
-    return mix(rows.x, rows.y, f.y);
-}
-
-// Of the texels whose middle is no farther than a filter's radius and half a texel, the upper left one.
-fn first_texel(at: vec2f, radius: f32) -> vec2f {
-    return ceil(at - radius - 1.0);
+// Gathers of two by two texels along a side of a square, wherever it lies among them.
+fn gathers_along(half: f32) -> u32 {
+    return u32(clamp(ceil(half + 0.5), 1.0, ceil(WIDEST + 0.5)));
 }
 
 // A square of four texels, from its upper left one, row by row.
@@ -194,8 +194,9 @@ struct Texels {
     depths: vec4f,
     // Depth of the receiver's plane there.
     plane: vec4f,
-    // From the place.
-    distances: vec4f,
+    // Of their middles, from the place.
+    x: vec4f,
+    y: vec4f,
 }
 
 fn texels_at(place: ShadowPlace, plane: Plane, first: vec2f) -> Texels {
@@ -203,20 +204,23 @@ fn texels_at(place: ShadowPlace, plane: Plane, first: vec2f) -> Texels {
     let depths = textureGather(shadow_maps, shadow_sampler, middle / SHADOW_SIZE, plane.layer).wzxy;
     let depth = plane.depth + dot(plane.slope, middle - 0.5 - place.at);
     let off = first + 0.5 - place.at;
-    let x = off.x + vec4f(0.0, 1.0, 0.0, 1.0);
-    let y = off.y + vec4f(0.0, 0.0, 1.0, 1.0);
     return Texels(
         depths,
         depth + vec4f(0.0, plane.slope.x, plane.slope.y, plane.slope.x + plane.slope.y),
-        sqrt(x * x + y * y),
+        off.x + vec4f(0.0, 1.0, 0.0, 1.0),
+        off.y + vec4f(0.0, 0.0, 1.0, 1.0),
     );
 }
 
 // Whether what casts there is nearer to the light than the receiver's plane, and within the cone that the light is seen
 // in from the receiver.
 fn in_the_way(texels: Texels, place: ShadowPlace) -> vec4<bool> {
-    let is_in_cone = texels.distances <= NARROWEST + 0.5 + place.spread * (texels.depths - place.depth);
-    return select(vec4<bool>(false), is_in_cone, texels.depths > texels.plane);
+    let reach = NARROWEST + 0.5 + place.spread * (texels.depths - place.depth);
+    return select(
+        vec4<bool>(false),
+        max(abs(texels.x), abs(texels.y)) <= reach,
+        texels.depths > texels.plane,
+    );
 }
 
 // How much of a light is seen, as its record tells: of a lamp in its layer, of a directional light in one level or two.
@@ -281,9 +285,10 @@ fn fade_of(record: vec4u) -> f32 {
     return f32(record.w & 0xffffu) / 65535.0;
 }
 
-// The lower half of a word, as the upper half of a float.
+// Of the square that takes the place of a light's disc, whose size is the lower half of a word, as the upper half of a
+// float.
 fn size_of(word: u32) -> f32 {
-    return bitcast<f32>(word << 16u);
+    return SQUARE * bitcast<f32>(word << 16u);
 }
 
 // `surface`: from the light.

@@ -428,7 +428,7 @@ class Light:
     ) -> Light: ...
     @staticmethod
     def directional(
-        intensity: float, *, color: Optional[_Color] = None, shadows: bool = False, angle_degrees: float = 0.0
+        intensity: float, *, color: Optional[_Color] = None, shadows: bool = False, angle_degrees: float = 0.53
     ) -> Light: ...
 
 @final

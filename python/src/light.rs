@@ -164,7 +164,7 @@ impl Light {
     #[staticmethod]
     #[pyo3(
         signature = (intensity, *, color=None, shadows=None, angle_degrees=None),
-        text_signature = "(intensity, *, color=None, shadows=False, angle_degrees=0.0)"
+        text_signature = "(intensity, *, color=None, shadows=False, angle_degrees=0.53)"
     )]
     fn directional(
         intensity: &Bound<'_, PyAny>,

@@ -107,7 +107,7 @@ impl SeenReceivers {
 #[cfg(test)]
 mod tests {
     use super::super::lamp_layers::Lamp;
-    use super::super::shadow_layers::Turn;
+    use super::super::shadow_layers::{Turn, WIDEST_FILTER};
     use super::super::sun_levels::{SunLayer, SunLevel};
     use super::*;
     use glam::{Affine3A, Quat};
@@ -192,6 +192,19 @@ mod tests {
             let bounds = (Vec3::splat(-range), Vec3::splat(range));
             let receivers = SeenReceivers::new([SeenView::of(&view, 0.0)].into_iter(), Some(bounds));
             prop_assert!(receivers.may_show(&LayerLight::Lamp(lamp), caster));
+        }
+    }
+
+    /// In the world, to the side of what casts: the filter of a sun with a size reads farther than that of a point.
+    #[test]
+    fn a_shadow_has_room_for_what_filters_read() {
+        let caster = Sphere { center: Vec3::new(1.0, 2.0, 3.0), radius: 0.5 };
+        for level in 0..4 {
+            for (size, reads) in [(0.0, 1.0), (0.1, WIDEST_FILTER)] {
+                let layer = SunLayer::new(SunLevel::around(Vec3::ZERO, Turn::new(Vec3::NEG_Y), level), size);
+                let room = layer.shadow(caster).start.radius - caster.radius;
+                assert!(room >= reads * layer.texel(), "level {level}, size {size}: {room}");
+            }
         }
     }
 

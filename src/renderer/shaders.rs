@@ -183,10 +183,11 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 25] = [
+    const SHADERS_OWN: [(&str, &str); 26] = [
         ("OUTLINE_AHEAD", "how outlines of portals look"),
         ("OUTLINE_HALF_WIDTH", "the same"),
         ("STEEPEST", "a bound of the look-up"),
+        ("SQUARE", "how the look-up's filter blurs"),
         ("NARROWEST", "a bound of the look-up's filter"),
         ("LIKELY", "a bound of the look-up's filter"),
         ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),

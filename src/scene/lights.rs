@@ -101,7 +101,7 @@ pub struct DirectionalLight {
 impl Default for DirectionalLight {
     fn default() -> Self {
         let PointLight { color, intensity, ambient, on, shadows, .. } = PointLight::default();
-        Self { color, intensity, ambient, on, shadows, angle_degrees: 0.0 }
+        Self { color, intensity, ambient, on, shadows, angle_degrees: lights::Light::SUN_DEGREES }
     }
 }
 

@@ -81,7 +81,7 @@ impl Light {
     pub const SHADOW_NEAR: f32 = 0.05;
     /// Metres: the largest [`Light::radius`].
     pub const MOST_RADIUS: f32 = 100.0;
-    /// Degrees: the sun's angular diameter as seen from Earth, for [`Light::angle`].
+    /// Degrees: the sun's angular diameter as seen from Earth; [`Light::angle`] unless another is given.
     pub const SUN_DEGREES: f32 = 0.53;
     /// Degrees: the largest [`Light::angle`].
     pub const MOST_DEGREES: f32 = 90.0;
@@ -111,12 +111,13 @@ impl Light {
         }
     }
 
-    /// A white directional light.
+    /// A white directional light, as large as the sun's disc.
     pub fn directional(intensity: f32) -> Self {
         Self {
             kind: LightKind::Directional,
             range: f32::INFINITY,
             attenuation: Vec3::X,
+            angle: Self::SUN_DEGREES.to_radians(),
             ..Self::point(intensity, f32::INFINITY)
         }
     }

@@ -67,6 +67,18 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "1:40: entities[0].light.shadow_near: expected a number from 0.001 to 10000000, found 0",
         ),
         (
+            "(entities: [(light: point(radius: 101))])",
+            "1:35: entities[0].light.radius: expected a number from 0 to 100, found 101",
+        ),
+        (
+            "(entities: [(light: spot(outer_degrees: 30, radius: -1))])",
+            "1:53: entities[0].light.radius: expected a number from 0 to 100, found -1",
+        ),
+        (
+            "(entities: [(light: directional(angle_degrees: 91))])",
+            "1:48: entities[0].light.angle_degrees: expected a number from 0 to 90, found 91",
+        ),
+        (
             "(meshes: {\"m\": model(file: \"model.gltf\", casts_no_shadow: [\"glas\"])})",
             "1:60: meshes[\"m\"].casts_no_shadow[0]: unknown material \"glas\"; expected one of \"glTF default\"",
         ),

@@ -235,7 +235,8 @@ fn lights_and_objects_cast_shadows_as_the_scene_says() {
             (name: "plain", mesh: "model", casts_shadows: true),
             (name: "bulb", mesh: "box", casts_shadows: false, light: point(range: 5, shadows: true, shadow_near: 0.2)),
             (name: "sun", light: directional(shadows: true)),
-            (name: "spot", light: spot(range: 5, outer_degrees: 30, shadows: true)),
+            (name: "wide", light: directional(angle_degrees: 20)),
+            (name: "spot", light: spot(range: 5, outer_degrees: 30, shadows: true, radius: 0.25)),
             (name: "none", light: spot(outer_degrees: 30)),
             (name: "lit", mesh: "lit"), (name: "dark", mesh: "dark"),
         ],
@@ -250,11 +251,14 @@ fn lights_and_objects_cast_shadows_as_the_scene_says() {
     let light = |world: &mut World, name: &str| {
         let entity = named(world, name);
         let light = world.get::<Light>(entity).expect("a light");
-        (light.shadows, light.shadow_near)
+        (light.shadows, light.shadow_near, light.radius, (light.angle.to_degrees() * 100.0).round() / 100.0)
     };
-    assert_eq!(light(world, "bulb"), (true, 0.2));
-    assert_eq!(light(world, "spot"), (true, 0.05));
-    assert!(light(world, "sun").0 && !light(world, "none").0);
+    assert_eq!(light(world, "bulb"), (true, 0.2, 0.0, 0.0));
+    assert_eq!(light(world, "spot"), (true, 0.05, 0.25, 0.0));
+    assert_eq!(light(world, "none"), (false, 0.05, 0.0, 0.0));
+    // The sun's disc, if nothing else is said.
+    assert_eq!(light(world, "sun"), (true, 0.05, 0.0, 0.53));
+    assert_eq!(light(world, "wide"), (false, 0.05, 0.0, 20.0));
     let road = named(world, "road");
     let pieces = world.get::<systems::draw::pieces::Pieces>(road).expect("it is long").len();
     assert!(pieces > 3);
