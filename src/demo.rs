@@ -24,8 +24,8 @@ pub fn install_folder(folder: PathBuf) {
     _ = PACKAGE.set(folder);
 }
 
-/// A file that comes with the program: below the working directory, in the installed package, beside the binary or above
-/// it, or where the project was built.
+/// A file that comes with the program: below the working directory, in the installed package, beside the binary or
+/// above it, or where the project was built.
 pub fn shipped(file: &str) -> PathBuf {
     let here = PathBuf::from(file);
     let beside = std::env::current_exe().ok();

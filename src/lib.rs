@@ -33,7 +33,8 @@
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
 //! rigid bodies), `window` (`app`), `tools` (`bench`, `compare`, `gallery`, `light_error`, `maps`, `shadow_error` and
-//! `technique_error`), `cli` (`commands`: the program `relief`). `physics`, `window` and `cli` bring `vehicles` with them.
+//! `technique_error`), `cli` (`commands`: the program `relief`). `physics`, `window` and `cli` bring `vehicles` with
+//! them.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 

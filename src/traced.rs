@@ -180,7 +180,7 @@ pub(crate) struct TracedScene {
     tree: Option<CwBvh>,
     /// By slot.
     drawn: Vec<Option<Drawn>>,
-    /// Of a light's disc of radius 1.
+    /// Places on a light's disc of radius 1.
     places: Vec<DVec2>,
     eye: DVec3,
     eye_rays: EyeRays,
@@ -259,8 +259,8 @@ impl TracedScene {
         Traced { shadows: TracedShadows::from_rows(&rows), unmet: unmet.iter().sum() }
     }
 
-    /// How many pairs there are of an object and a light that some sample of a picture shows lit by it, and that are not
-    /// in these lists; of the lights in those of the world's last frame. `shown` as for [`Self::shadows`].
+    /// How many pairs there are of an object and a light that some sample of a picture shows lit by it, and that are
+    /// not in these lists; of the lights in those of the world's last frame. `shown` as for [`Self::shadows`].
     pub fn left_out(&self, simulation: &Simulation, shown: &[Option<u32>], reached: &ObjectLights) -> usize {
         let lights = ObjectLights::new(simulation);
         let width = self.eye_rays.pixels.x as usize;
@@ -333,7 +333,7 @@ impl TracedScene {
         hits.truncate(kept);
     }
 
-    /// How much of each light of its object is seen from where a ray from the eye meets it, in parts of 255.
+    /// Shares of each light of its object that are seen from where a ray from the eye meets it, in parts of 255.
     fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights) -> Vec<u8> {
         let surface = self.surface(place, hit);
         // All of it where it gives no light.
@@ -355,7 +355,7 @@ impl TracedScene {
         }
     }
 
-    /// How much of a light is seen from a surface, in parts of 255; `None` where it gives no light.
+    /// The share of a light that is seen from a surface, in parts of 255; `None` where it gives no light.
     fn seen_share(&self, surface: &Surface, (light, near): &(LightRecord, f64)) -> Option<u8> {
         let position = Vec3::from(light.position).as_dvec3();
         let (toward, distance) = if light.kind == LightRecord::DIRECTIONAL {

@@ -1,7 +1,7 @@
 //! Levels of detail and sensors: what is measured is of the meshes themselves, whatever a picture may be drawn of.
 //!
-//! Fine spheres at distances at which a camera draws coarse levels of them: each pixel's depth against the facets of the
-//! mesh, by an intersection of its own in double precision, and each beam of a lidar.
+//! Fine spheres at distances at which a camera draws coarse levels of them: each pixel's depth against the facets of
+//! the mesh, by an intersection of its own in double precision, and each beam of a lidar.
 
 mod common;
 
@@ -24,7 +24,7 @@ const FOCAL: f64 = 130.0;
 /// Radius and distance, metres; the focal length in parts of [`FOCAL`].
 const SPHERES: [(f32, f32, f64); 4] = [(1.0, 9.0, 1.0), (5.0, 60.0, 1.0), (20.0, 400.0, 1.0), (1.0, 9.0, 3.0)];
 
-/// What the docs promise of depths, in parts of these.
+/// The docs' promise of depths, in parts of these.
 const EXACT: f64 = 1e-5;
 /// At steeper angles a pixel is moved along the surface by what rounding moves it in the picture, many times over.
 const LEAST_COSINE: f64 = 0.5;
@@ -65,7 +65,7 @@ struct Facets {
     radius: f64,
 }
 
-/// How far along a ray, and the cosine of the angle of incidence.
+/// Distance along a ray, and the cosine of the angle of incidence.
 type Met = Option<(f64, f64)>;
 
 impl Facets {

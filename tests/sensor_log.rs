@@ -11,8 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A floor at height 0 (road) and a wall whose face is at z = 8 (wall), a box on the floor (car); a rig that turns by
-/// ten degrees a step, with a tilted camera, a lidar that is due every other step, and one that sweeps; a camera with a parallel
-/// projection that looks down; and two whose lenses bend.
+/// ten degrees a step, with a tilted camera, a lidar that is due every other step, and one that sweeps; a camera with a
+/// parallel projection that looks down; and two whose lenses bend.
 const SCENE: &str = r#"(
     materials: { "grey": (base_factor: (0.5, 0.5, 0.5)) },
     meshes: { "floor": plane(size: (60, 60)), "wall": cube(size: (40, 6, 0.5)), "box": cube(size: (1, 1.5, 2)) },

@@ -334,8 +334,8 @@ fn shadows_do_not_depend_on_what_else_asks_for_maps() {
     }
 }
 
-/// Culled on the CPU or on the GPU, whatever else is in view: objects of all sizes, levels of detail, beside the picture
-/// and behind the eye.
+/// Culled on the CPU or on the GPU, whatever else is in view: objects of all sizes, levels of detail, beside the
+/// picture and behind the eye.
 #[test]
 fn a_few_objects_look_the_same_wherever_they_are_culled() {
     let Some(gpu) = common::gpu() else { return };

@@ -59,8 +59,8 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
 
 /// A floor by itself is in no way of its own: at 3° and more no pixel has less than 0.99 of its light. Also where it is
 /// one square, which reaches behind the light. SwiftShader rounds vertices to sixteenths of a texel, and extends depths
-/// from behind the light as well. Such a slope is off by more than a look-up allows for where a triangle spans less than
-/// 60 texels, from horizon to horizon; that of a square metre spans 100 here.
+/// from behind the light as well. Such a slope is off by more than a look-up allows for where a triangle spans less
+/// than 60 texels, from horizon to horizon; that of a square metre spans 100 here.
 #[test]
 fn grazing_light_leaves_no_acne() {
     let Some(gpu) = common::gpu() else { return };
@@ -257,8 +257,8 @@ fn coarse_levels_are_not_in_their_own_way() {
     }
 }
 
-/// A bumpy sheet under a lamp at 25° and more, with nothing else about: its own shadows are its technique's, and the map
-/// adds none, whatever the technique, from either side.
+/// A bumpy sheet under a lamp at 25° and more, with nothing else about: its own shadows are its technique's, and the
+/// map adds none, whatever the technique, from either side.
 #[test]
 fn a_bumpy_surface_is_in_its_own_way_once() {
     use common::bumps::{Stage, hills};

@@ -172,7 +172,7 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     }
 }
 
-/// How much of its light each pixel of a picture has.
+/// The share of its light that each pixel of a picture has.
 fn shares(lit: &RgbImage, open: &RgbImage) -> Vec<f64> {
     let light = |pixel: &image::Rgb<u8>| f64::from(linear_from_srgb(f32::from(pixel.0[1]) / 255.0));
     lit.pixels().zip(open.pixels()).map(|(lit, open)| light(lit) / light(open)).collect()
@@ -220,8 +220,16 @@ fn penumbrae_are_as_wide_as_geometry_has_them() {
     }
 }
 
-/// A plate's shadow on a floor in grazing light, wider than a texel and askew to the texels: from pixel to pixel no step
-/// is larger than one and a half times the largest that rays find, along the edge and across it.
+/// The largest difference of the shares of light of two pixels that are so many apart, row by row.
+fn largest_step(picture: &RgbImage, open: &RgbImage, step: usize) -> f64 {
+    let (shares, width) = (shares(picture, open), picture.width() as usize);
+    assert!(shares.iter().all(|share| share.is_finite()));
+    let inner = (0..shares.len() - step).filter(|at| at % width + 1 < width);
+    inner.map(|at| (shares[at] - shares[at + step]).abs()).fold(0.0, f64::max)
+}
+
+/// A plate's shadow on a floor in grazing light, wider than a texel and askew to the texels: from pixel to pixel no
+/// step is larger than one and a half times the largest that rays find, along the edge and across it.
 #[test]
 fn penumbrae_of_maps_have_no_steps_of_texels() {
     if common::gpu().is_none() {
@@ -236,18 +244,33 @@ fn penumbrae_of_maps_have_no_steps_of_texels() {
              transform: (translation: ({aside}, 1, 0), look_at: (0, 0, 0))"
         );
         let found = measured_in(&plate(&light, 1.0, aside, turned), None, (side, side));
-        let largest = |picture: &RgbImage, step: usize| {
-            let shares = shares(picture, &found.unshadowed);
-            let inner =
-                (0..shares.len()).filter(|at| at % side as usize + 1 < side as usize && at + step < shares.len());
-            inner.map(|at| (shares[at] - shares[at + step]).abs()).fold(0.0, f64::max)
-        };
         for step in [1, side as usize] {
-            let (rays, maps) = (largest(&found.truth, step), largest(&found.maps, step));
+            let [rays, maps] =
+                [&found.truth, &found.maps].map(|picture| largest_step(picture, &found.unshadowed, step));
             // A byte of sRGB is 0.01 of the light that there is.
             assert!(rays < 0.2 && maps <= 1.5 * rays + 0.01, "{elevation}°, {step}: {maps}, by rays {rays}");
         }
         assert!(found.report.maps.mean < 0.2 * found.report.unshadowed.mean, "{:?}", found.report);
+    }
+}
+
+/// A lamp's penumbra that lies on a seam of its faces, and askew to it: the filter reads one of them alone.
+#[test]
+fn penumbrae_have_no_steps_where_faces_meet() {
+    if common::gpu().is_none() {
+        return;
+    }
+    // The floor's middle is as far aside of the lamp as it is below.
+    let lamp = "light: point(intensity: 8, attenuation: inverse_square, radius: 0.1, shadows: true), \
+                transform: (translation: (-3, 3, 0))";
+    let half = |metres: f64| format!("orthographic_half_height: {metres}");
+    let scene = plate(lamp, 1.0, -1.0, 10.0).replace(&half(HALF), &half(1.0));
+    let side = 200;
+    let found = measured_in(&scene, None, (side, side));
+    for step in [1, side as usize] {
+        let [rays, maps] = [&found.truth, &found.maps].map(|picture| largest_step(picture, &found.unshadowed, step));
+        // A byte of sRGB is 0.01 of the light that there is.
+        assert!(rays < 0.2 && maps <= 1.5 * rays + 0.01, "{step}: {maps}, by rays {rays}");
     }
 }
 

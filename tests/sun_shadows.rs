@@ -38,9 +38,9 @@ fn texel(across: f64) -> f64 {
     16.0 / 768.0 * level.exp2()
 }
 
-/// In the first levels, where they blend into each other, and in farther ones. All edges of the shadow, at the cube's foot
-/// among them, are within 1.5 texels of where geometry has them: a texel between two that are interpolated, and half a
-/// one of the rasterizer.
+/// In the first levels, where they blend into each other, and in farther ones. All edges of the shadow, at the cube's
+/// foot among them, are within 1.5 texels of where geometry has them: a texel between two that are interpolated, and
+/// half a one of the rasterizer.
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     let Some(gpu) = common::gpu() else { return };

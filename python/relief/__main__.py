@@ -8,8 +8,12 @@ from pathlib import Path
 
 from ._relief import run_program
 
-#: What starts the program on this machine, whatever is on the path.
-COMMAND = (sys.executable, "-m", "relief")
+#: Starts the program on this machine, whatever is on the path, and whatever modules lie where it is started.
+COMMAND = (
+    sys.executable,
+    "-c",
+    "import sys; sys.path[:] = filter(None, sys.path); from relief.__main__ import main; sys.exit(main())",
+)
 
 
 def main() -> int:

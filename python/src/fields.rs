@@ -137,7 +137,7 @@ fn json(given: &Bound<'_, PyAny>, deepest: usize) -> PyResult<Value> {
     Ok(Value::Array(items.map(|item| json(&item?, deeper)).collect::<PyResult<_>>()?))
 }
 
-/// As Python has it.
+/// Its value for Python.
 fn shown<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),

@@ -267,6 +267,9 @@ impl LightEntity {
     #[setter]
     fn set_radius(own: PyRef<'_, Self>, radius: &Bound<'_, PyAny>) -> PyResult<()> {
         let radius = self::radius(required("radius", radius)?)?;
+        if read(&own, |light| matches!(light.kind, LightKind::Directional))? {
+            return Err(Failure::value("radius: a directional light has none; it has angle_degrees").into());
+        }
         edit(&own, move |light| light.radius = radius)
     }
 
@@ -279,6 +282,9 @@ impl LightEntity {
     #[setter]
     fn set_angle_degrees(own: PyRef<'_, Self>, angle_degrees: &Bound<'_, PyAny>) -> PyResult<()> {
         let angle = self::angle(required("angle_degrees", angle_degrees)?)?;
+        if !read(&own, |light| matches!(light.kind, LightKind::Directional))? {
+            return Err(Failure::value("angle_degrees: only a directional light has one; others have a radius").into());
+        }
         edit(&own, move |light| light.angle = angle)
     }
 

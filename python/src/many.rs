@@ -88,9 +88,7 @@ pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capt
         let mut worlds = worlds;
         let wanted = worlds.iter_mut().map(|world| (&mut **world, Wanted::Due(&|_| true)));
         let captures = World::capture_all(wanted.collect())?;
-        let noted = worlds.into_iter().zip(&captures);
-        let warnings: Vec<String> =
-            noted.flat_map(|(world, capture)| world.watch.note(&world.simulation.world, capture)).collect();
+        let warnings: Vec<String> = worlds.into_iter().flat_map(|world| world.watch.warnings()).collect();
         Ok((captures.into_iter().zip(classes).collect::<Vec<_>>(), warnings))
     })?;
     warn(py, &warnings)?;
@@ -98,15 +96,15 @@ pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capt
 }
 
 /// The pictures of the same camera of several worlds, which is due in each: arrays with the worlds as their first axis.
-/// The bits of a picture do not depend on the other worlds. Raises KeyError where a world has no such camera, ValueError
-/// where one is not due or they differ in size or outputs, GpuError.
+/// The bits of a picture do not depend on the other worlds. Raises KeyError where a world has no such camera,
+/// ValueError where one is not due or they differ in size or outputs, GpuError.
 #[pyfunction]
 #[pyo3(signature = (sims, sensor))]
 pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
     pictures(py, sims, sensor, true)
 }
 
-/// What `capture` gives, whether the cameras are due or not. Raises what `capture` raises of such cameras.
+/// The same as `capture`, whether the cameras are due or not. Raises what `capture` raises of such cameras.
 #[pyfunction]
 #[pyo3(signature = (sims, sensor))]
 pub fn look(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
@@ -123,7 +121,7 @@ fn pictures(
     if sims.is_empty() {
         return Err(Failure::value("sims: expected at least one").into());
     }
-    let (captures, steps) = with_all(py, &sims, |worlds| {
+    let (captures, steps, warnings) = with_all(py, &sims, |worlds| {
         let mut cameras = Vec::with_capacity(worlds.len());
         let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
         for (i, world) in worlds.into_iter().enumerate() {
@@ -132,7 +130,8 @@ fn pictures(
             cameras.push(world);
         }
         let wanted = looked_at.iter().map(|camera| Wanted::Look(camera));
-        let captures = World::capture_all(cameras.into_iter().zip(wanted).collect())?;
+        let captures = World::capture_all(cameras.iter_mut().map(|world| &mut **world).zip(wanted).collect())?;
+        let warnings: Vec<String> = cameras.into_iter().flat_map(|world| world.watch.warnings()).collect();
         let pictures =
             captures.into_iter().flat_map(|capture| capture.sensors).filter_map(|sensor| match sensor.data {
                 SensorData::Camera(camera) => Some(camera),
@@ -146,8 +145,9 @@ fn pictures(
                 return Err(Failure::value(message));
             }
         }
-        Ok((pictures, steps))
+        Ok((pictures, steps, warnings))
     })?;
+    warn(py, &warnings)?;
     CameraBatch::new(py, captures, steps)
 }
 

@@ -74,8 +74,8 @@ impl LidarCapture {
         self.nanoseconds
     }
 
-    /// Whether each column was fired at its time, from where the sensor was then. If not, all are fired from where it is
-    /// at the capture.
+    /// True if each column was fired at its time, from where the sensor was then. If not, all are fired from where it
+    /// is at the capture.
     #[getter]
     fn sweep(&self) -> bool {
         self.sweep
@@ -87,8 +87,8 @@ impl LidarCapture {
         self.common.matrix(py)
     }
 
-    /// The same when the first column was fired: float64 (4, 4). Equal to the other unless the sensor sweeps, and in its
-    /// first capture. Between the two it goes straight ahead and turns evenly.
+    /// The same when the first column was fired: float64 (4, 4). Equal to the other unless the sensor sweeps, and in
+    /// its first capture. Between the two it goes straight ahead and turns evenly.
     #[getter]
     fn world_from_sensor_before<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         matrix(py, &self.world_from_sensor_before)

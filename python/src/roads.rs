@@ -72,7 +72,7 @@ impl Route {
         Ok(Array2::from_shape_fn((points.len(), 3), |(point, axis)| points[point][axis]).into_pyarray(py))
     }
 
-    /// How it goes there: radians about +Y, 0 along +Z, left positive. Raises ValueError as `points` does.
+    /// Heading there: radians about +Y, 0 along +Z, left positive. Raises ValueError as `points` does.
     fn yaw(&self, along: &Bound<'_, PyAny>) -> PyResult<f64> {
         let along = finite("along", required("along", along)?)?;
         self.refuse_beyond(along)?;

@@ -124,16 +124,16 @@ impl Sim {
     }
 
     /// Captures every sensor that is due after the step, in one submission to the graphics device. With `names`, of
-    /// these those alone, by their full names or the last parts of them. IMUs, lidars and flow measure since their
-    /// sensor was due before: where that was not captured, a UserWarning says so, once for each sensor. Raises GpuError.
+    /// these those alone, by their full names or the last parts of them. IMUs, receivers, lidars and flow measure since
+    /// they were due before: where that was not captured, a UserWarning says so, once for each sensor. Raises
+    /// GpuError.
     #[pyo3(signature = (*names))]
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
         let names = each_name(names)?;
         let (captured, warnings, classes) = self.with(py, move |world| {
             world.check_sensors(&names)?;
             let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
-            let warnings = world.watch.note(&world.simulation.world, &captured);
-            Ok((captured, warnings, world.simulation.world.resource::<Classes>().clone()))
+            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
         })?;
         warn(py, &warnings)?;
         Capture::new(py, captured, &classes)
@@ -143,13 +143,14 @@ impl Sim {
     #[pyo3(signature = (*names))]
     fn look(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
         let names = each_name(names)?;
-        let (captured, classes) = self.with(py, move |world| {
+        let (captured, warnings, classes) = self.with(py, move |world| {
             let all = world.check_sensors(&names)?;
             let wanted: Vec<_> =
                 all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
             let captured = world.capture(Wanted::Look(&wanted))?;
-            Ok((captured, world.simulation.world.resource::<Classes>().clone()))
+            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
         })?;
+        warn(py, &warnings)?;
         Capture::new(py, captured, &classes)
     }
 

@@ -58,8 +58,8 @@ fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute,
 impl Sim {
     /// Brings a vehicle into being at once, of a type by name. `at`: in the scene, metres, the middle of its rear axle
     /// on the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in
-    /// a `lane`, which it follows, at first with a `speed` of 0 to 555.5 m/s. `by_hand`: it goes by `Vehicle.drive` even
-    /// where it has a route. `paint`: which of its type's paints.
+    /// a `lane`, which it follows, at first with a `speed` of 0 to 555.5 m/s. `by_hand`: it goes by `Vehicle.drive`
+    /// even where it has a route. `paint`: which of its type's paints.
     #[pyo3(
         signature = (
             kind, at=None, *, yaw=None, name=None, by_hand=None, paint=None, route=None, lane=None, along=None,
@@ -230,9 +230,10 @@ impl Sim {
     }
 
     /// A lidar in the scene. Keywords: as `add_camera` for its place and rate; `beams` "vlp16", "hdl32", "hdl64",
-    /// "os1_64" or "os1_128", {"grid": {"rows", "horizontal_degrees", "vertical_degrees"}}, or {"list": […]} of
-    /// dicts with `elevation_degrees` and perhaps `azimuth_degrees`, `height` metres and `delay` seconds; `hz` revolutions a
-    /// second; `columns` a revolution; `range` (least, most) metres; `attenuation` per metre; `sweep`; `range_sigma` metres,
+    /// "os1_64" or "os1_128", {"grid": {"rows", "horizontal_degrees", "vertical_degrees"}}, or {"list": […]} of dicts
+    /// with `elevation_degrees` and perhaps `azimuth_degrees`, `height` metres and `delay` seconds; `hz` revolutions a
+    /// second; `columns` a revolution; `range` (least, most) metres; `attenuation` per metre; `sweep`; `range_sigma`
+    /// metres,
     /// `drop_rate`, `drop_below`. Raises ValueError.
     #[pyo3(signature = (name, **arguments))]
     fn add_lidar(

@@ -81,8 +81,8 @@ impl Vehicle {
         })
     }
 
-    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Under manual control
-    /// this, `along` and `offset` are those of the nearest place of its route.
+    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Under manual
+    /// control this, `along` and `offset` are those of the nearest place of its route.
     #[getter]
     fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u32>> {
         on_route(&own, |on| on.lane)
@@ -204,7 +204,7 @@ fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -
     entity.with(own.py(), move |world| Ok(value(&world.component::<Motion>(id)?.unwrap_or_default())))
 }
 
-/// Where a vehicle is on its route.
+/// A vehicle's place on its route.
 struct PlaceOnRoute {
     lane: u32,
     along: f64,

@@ -8,10 +8,10 @@ use relief::systems::run::snapshot::Restored;
 use relief::systems::sensors::{CameraOutput, Sensor, SensorKind};
 use std::collections::{HashMap, HashSet};
 
-/// What is known of the captures of a world.
+/// Steps and warnings of the captures of a world.
 #[derive(Default)]
 pub struct Watch {
-    /// Of which state.
+    /// Marks the state that the rest is of.
     restored: Restored,
     /// The step after which that was first looked at.
     since: u64,
@@ -19,6 +19,8 @@ pub struct Watch {
     known: HashMap<Entity, u64>,
     /// Names of sensors of which it was told.
     told: HashSet<String>,
+    /// Not told yet.
+    warnings: Vec<String>,
 }
 
 impl Watch {
@@ -32,50 +34,85 @@ impl Watch {
         (self.since, self.known) = (0, HashMap::new());
     }
 
-    /// Notes a capture. Returns what a person should know of it, once for each sensor.
-    pub fn note(&mut self, world: &World, capture: &Capture) -> Vec<String> {
+    /// Notes a capture, or a look at the state at hand.
+    pub fn note(&mut self, world: &World, capture: &Capture) {
         let restored = world.get_resource::<Restored>().copied().unwrap_or_default();
         if std::mem::replace(&mut self.restored, restored) != restored {
             self.forget();
             self.since = capture.step;
         }
         let step_seconds = world.resource::<Clock>().step_seconds;
-        let mut warnings = Vec::new();
         for SensorCapture { entity, name, .. } in &capture.sensors {
             let Some(sensor) = world.get::<Sensor>(*entity).filter(|sensor| sensor.is_due(capture.step)) else {
                 continue;
             };
             let last = self.known.insert(*entity, capture.step).unwrap_or(self.since);
             let missed = capture.step.checked_sub(sensor.every.into()).filter(|before| *before > last);
-            let Some((before, lacks)) = missed.zip(lack(sensor, step_seconds)) else { continue };
+            let Some((before, lack)) = missed.zip(Lack::of(sensor, step_seconds)) else { continue };
             if self.told.insert(name.clone()) {
-                let steps = capture.step - last;
-                warnings.push(format!(
-                    "sensor {name:?} was not captured after step {before}, when it was due: {lacks}; capture after each \
-                     step at which it is due, or mount it with every={steps}"
+                let (words, steps) = (lack.words(), capture.step - last);
+                self.warnings.push(format!(
+                    "sensor {name:?} was not captured after step {before}, when it was due: {words}; capture after \
+                     each step at which it is due, or mount it with every={steps}"
                 ));
             }
         }
-        warnings
+        let Some(mut sensors) = world.try_query::<(Entity, &Sensor)>() else { return };
+        for (entity, sensor) in sensors.iter(world).filter(|(_, sensor)| sensor.is_due(capture.step)) {
+            if Lack::of(sensor, step_seconds).is_some_and(Lack::is_made_up_by_any_capture) {
+                self.known.insert(entity, capture.step);
+            }
+        }
+    }
+
+    /// Takes what a person should know of the captures so far, once for each sensor.
+    pub fn warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
     }
 }
 
-/// What a capture of the sensor does not have without that of the time before; `None`: it needs none.
-fn lack(sensor: &Sensor, step_seconds: f64) -> Option<&'static str> {
-    match &sensor.kind {
-        SensorKind::Imu(_) => Some("its reading is not valid"),
-        SensorKind::Lidar(lidar) => {
-            let turns = f64::from(sensor.every) * step_seconds * f64::from(lidar.hz);
-            // Rates are rounded: 6/60 s at 10 Hz is a whole turn.
-            let is_part = turns < 1.0 - 1e-9;
-            is_part
-                .then_some("it has fired what one interval has of a turn")
-                .or_else(|| lidar.sweep.then_some("it has fired all columns from one place"))
+/// A part of a capture that takes one of the time before.
+#[derive(Clone, Copy)]
+enum Lack {
+    Reading,
+    Velocity,
+    Turn,
+    Places,
+    Flow,
+}
+
+impl Lack {
+    /// `None`: the sensor needs no capture before.
+    fn of(sensor: &Sensor, step_seconds: f64) -> Option<Self> {
+        match &sensor.kind {
+            SensorKind::Imu(_) => Some(Self::Reading),
+            SensorKind::Gnss(_) => Some(Self::Velocity),
+            SensorKind::Lidar(lidar) => {
+                let turns = f64::from(sensor.every) * step_seconds * f64::from(lidar.hz);
+                // Rates are rounded: 6/60 s at 10 Hz is a whole turn.
+                let is_part = turns < 1.0 - 1e-9;
+                is_part.then_some(Self::Turn).or_else(|| lidar.sweep.then_some(Self::Places))
+            }
+            SensorKind::Camera(camera) => {
+                let has_flow = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack]);
+                has_flow.then_some(Self::Flow)
+            }
+            SensorKind::Collision(_) | SensorKind::Lane(_) => None,
         }
-        SensorKind::Camera(camera) => {
-            let has_flow = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack]);
-            has_flow.then_some("it has no flow")
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Reading => "its reading is not valid",
+            Self::Velocity => "it has no velocity",
+            Self::Turn => "it has fired what one interval has of a turn",
+            Self::Places => "it has fired all columns from one place",
+            Self::Flow => "it has no flow",
         }
-        SensorKind::Gnss(_) | SensorKind::Collision(_) | SensorKind::Lane(_) => None,
+    }
+
+    /// Every capture of a world notes where all of its sensors are that are due.
+    fn is_made_up_by_any_capture(self) -> bool {
+        matches!(self, Self::Reading | Self::Velocity | Self::Places)
     }
 }

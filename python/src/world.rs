@@ -326,13 +326,17 @@ impl World {
         captures.next().ok_or_else(|| Failure::Gpu("nothing was captured".into()))
     }
 
-    /// Captures sensors of several worlds, in one submission.
+    /// Captures sensors of several worlds, in one submission. Their watches note it.
     pub fn capture_all<'a>(worlds: Vec<(&'a mut Self, Wanted<'a>)>) -> Outcome<Vec<Capture>> {
-        let split = |(world, wanted): (&'a mut Self, Wanted<'a>)| -> Captured<'a> {
-            (&mut world.simulation, &mut world.sensors, wanted)
+        let split = |(world, wanted): (&'a mut Self, Wanted<'a>)| -> (Captured<'a>, &'a mut Watch) {
+            ((&mut world.simulation, &mut world.sensors, wanted), &mut world.watch)
         };
-        let mut worlds: Vec<Captured<'a>> = worlds.into_iter().map(split).collect();
-        device::with_drawing(|drawing| drawing.capture(&Settings::default(), &mut worlds))
+        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(split).unzip();
+        let captures = device::with_drawing(|drawing| drawing.capture(&Settings::default(), &mut worlds))?;
+        for (((simulation, ..), watch), capture) in worlds.iter().zip(watches).zip(&captures) {
+            watch.note(&simulation.world, capture);
+        }
+        Ok(captures)
     }
 
     /// Gives up what is uploaded of it, and what is kept of its sensors.
@@ -352,7 +356,7 @@ impl World {
 pub struct Replay {
     world: World,
     stepper: Stepper,
-    /// What a person should know of the recording.
+    /// Warning of a recording that is not whole.
     pub warning: Option<String>,
 }
 

@@ -74,6 +74,12 @@ def test_paints_groups_and_ranges_that_are_not_there(road):
     sun = road.lights[0]
     with pytest.raises(ValueError, match="range: a directional light has none"):
         sun.range = 10.0
+    with pytest.raises(ValueError, match="radius: a directional light has none; it has angle_degrees"):
+        sun.radius = 1.0
+    assert sun.angle_degrees == pytest.approx(0.53)
+    lamp = road.spawn_light(relief.Light.point(1.0), at=(0, 3, 0))
+    with pytest.raises(ValueError, match="angle_degrees: only a directional light has one; others have a radius"):
+        lamp.angle_degrees = 1.0
 
 
 def test_under_manual_control_the_place_on_the_route_is_the_lane_sensor_s(road):

@@ -85,3 +85,11 @@ def test_the_keyboard_ends_it(tmp_path):
         running.kill()
     # As the shell has it of any program: by the signal, and without a word of Python.
     assert running.returncode == -signal.SIGINT and b"Traceback" not in errors
+
+
+def test_the_program_loads_nothing_from_where_it_is_started(tmp_path):
+    from relief.__main__ import COMMAND
+
+    (tmp_path / "relief.py").write_text("raise SystemExit('not the package')")
+    done = subprocess.run([*COMMAND, "--version"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.startswith("relief "), done.stderr

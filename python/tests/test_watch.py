@@ -31,6 +31,37 @@ def test_captures_that_were_left_out_are_told_once_for_each_sensor():
     assert told(sim.capture) == []
 
 
+def test_captures_and_looks_of_others_note_where_sensors_are():
+    sim = relief.Sim(geo_origin={"latitude_degrees": 48.1, "longitude_degrees": 11.6})
+    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    ego.add_imu("unit")
+    ego.add_gnss("fix")
+    ego.add_lidar("part")
+    ego.add_lidar("swept", hz=60, sweep=True, columns=90)
+    ego.add_camera("eye", size=(8, 6), outputs=("depth",))
+    ego.drive(throttle=1.0)
+
+    def drive():
+        for act in (sim.capture, sim.look):
+            sim.step()
+            act("eye")
+        for act in (relief.capture, relief.look):
+            sim.step()
+            act([sim], "eye")
+        sim.step()
+        return sim.capture()
+
+    found = []
+    got = [told(lambda: found.append(drive()))]
+    assert len(got[0]) == 1 and '"ego/part"' in got[0][0] and "one interval" in got[0][0], got
+    assert found[0]["unit"].valid and found[0]["fix"].has_velocity
+
+    sim.step(6)
+    got = told(lambda: found.append(sim.capture()))
+    assert len(got) == 3 and "not valid" in got[0] and "no velocity" in got[1] and "one place" in got[2], got
+    assert not found[1]["unit"].valid and not found[1]["fix"].has_velocity
+
+
 def test_a_loop_that_captures_every_step_is_told_nothing_wherever_it_begins():
     sim = relief.Sim()
     ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)

@@ -108,8 +108,9 @@ impl Process {
     }
 }
 
-/// Does what the command line says, and returns the exit code. `arguments` are without the program's name. What is wrong
-/// is said on standard error. May take the process's place with one that knows of no display, before it does anything.
+/// Does what the command line says, and returns the exit code. `arguments` are without the program's name. What is
+/// wrong is said on standard error. May take the process's place with one that knows of no display, before it does
+/// anything.
 pub fn main(arguments: impl IntoIterator<Item = OsString>, process: &Process) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let command = match Cli::read(std::iter::once("relief".into()).chain(arguments.iter().cloned())) {
@@ -128,7 +129,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, process: &Process) ->
 }
 
 impl Cli {
-    /// What the command line says, its first argument the program's name. Errors are help and versions, too.
+    /// Arguments of the command line, the first of them the program's name. Errors are help and versions, too.
     fn read(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
         let mut command = with_negative_numbers(Self::command());
         let matches = command.try_get_matches_from_mut(arguments)?;

@@ -13,8 +13,8 @@ use systems::ecs::parallel::map_in_parallel;
 /// off by 3 in the root of the mean square.
 pub const LEAST_PSNR: f64 = 38.0;
 
-/// Decibels: what every block of the finest level keeps at least. A patch of noise in a smooth picture leaves the mean as
-/// it is, and shows all the same. At 24 a byte of the block is off by 16 in the root of the mean square, a sixteenth
+/// Decibels: what every block of the finest level keeps at least. A patch of noise in a smooth picture leaves the mean
+/// as it is, and shows all the same. At 24 a byte of the block is off by 16 in the root of the mean square, a sixteenth
 /// of the range, which what is in a block that is as busy still hides.
 pub const LEAST_BLOCK_PSNR: f64 = 24.0;
 

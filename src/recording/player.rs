@@ -137,7 +137,7 @@ impl Recording {
         self.is_whole
     }
 
-    /// What a person should know of one that is not whole.
+    /// Warning of one that is not whole.
     pub fn warning(&self) -> Option<String> {
         let told =
             || format!("{}: the recording is truncated; it ends with step {}", self.blocks.path().display(), self.last);

@@ -278,7 +278,8 @@ mod tests {
     fn every_override_of_the_shaders_is_set() {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
-        // By `Culling::new` and `Culling::make_for_cells`, `CellPipelines::new`, `Scatter::make` and `Pipelines::tone_map`.
+        // By `Culling::new` and `Culling::make_for_cells`, `CellPipelines::new`, `Scatter::make` and
+        // `Pipelines::tone_map`.
         let others = ["CELLS", "OPACITY", "PHASE", "TEXELS", "TONE_MAP"];
         let set: BTreeSet<&str> = of_objects.into_iter().chain(others).collect();
         let other = &declared("override") ^ &set;

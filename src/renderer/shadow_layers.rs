@@ -148,7 +148,7 @@ pub(super) fn upper_half(value: f32) -> f32 {
     f32::from_bits(value.to_bits() & !u32::from(u16::MAX))
 }
 
-/// How much of a light's shadow is seen, as records have it in the lower half of a word: in parts of 65,535.
+/// The share of a light's shadow that is seen, as records have it in the lower half of a word: in parts of 65,535.
 pub(super) fn fade_bits(fade: f32) -> u32 {
     (fade.clamp(0.0, 1.0) * f32::from(u16::MAX)).round() as u32
 }

@@ -141,9 +141,9 @@ impl ShadowMaps {
         Some(&self.device.as_ref()?.maps.as_ref()?.group)
     }
 
-    /// Gives layers to the lamps that views have ranked, and to the levels of suns around their eyes: what has one keeps
-    /// it. There is room for `most` lamps at once, and more if that is not enough. `layouts`: of group 3 of receivers,
-    /// of a frame, of a material class.
+    /// Gives layers to the lamps that views have ranked, and to the levels of suns around their eyes: what has one
+    /// keeps it. There is room for `most` lamps at once, and more if that is not enough. `layouts`: of group 3 of
+    /// receivers, of a frame, of a material class.
     pub fn choose(
         &mut self,
         gpu: &Gpu,

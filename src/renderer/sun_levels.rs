@@ -1,12 +1,11 @@
 //! The levels of a directional light's shadows: squares across its rays, around an eye, each twice as wide as the one
 //! before.
 //!
-//! A level is not fitted to what the camera shows. Its middle is the eye's place, rounded to a grid of a quarter of half
-//! its width. So what can be seen of it depends on the light's direction, the rounded eye and the casters alone: it is
-//! the same for all cameras nearby, whatever way they look, and is drawn anew where the eye enters another cell of the
-//! grid.
-//! Cells are whole numbers of texels, so samples stay at their places in the world then, and edges do not crawl
-//! (Valient, "Stable Rendering of Cascaded Shadow Maps", ShaderX6, 2008, has the rounding to texels).
+//! A level is not fitted to what the camera shows. Its middle is the eye's place, rounded to a grid of a quarter of
+//! half its width. So what can be seen of it depends on the light's direction, the rounded eye and the casters alone:
+//! it is the same for all cameras nearby, whatever way they look, and is drawn anew where the eye enters another cell
+//! of the grid. Cells are whole numbers of texels, so samples stay at their places in the world then, and edges do not
+//! crawl (Valient, "Stable Rendering of Cascaded Shadow Maps", ShaderX6, 2008, has the rounding to texels).
 //!
 //! A point is looked up in the first level whose inner three quarters hold it, seen from the true eye, which is off the
 //! middle by an eighth at most. Depths are linear over [`DEPTH`] metres around the middle. What casts and is nearer to

@@ -40,7 +40,7 @@ impl TracedRow {
     }
 }
 
-/// How much of each light the surfaces of each pixel of a picture see.
+/// Shares of each light that the surfaces of each pixel of a picture see.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TracedShadows {
     words: Vec<u32>,

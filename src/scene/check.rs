@@ -52,7 +52,7 @@ pub struct Check<'a> {
     #[cfg(feature = "vehicles")]
     route_lengths: Vec<Option<f64>>,
     at: Trail,
-    /// Of the entity that is looked at, from the transforms above it.
+    /// Scale and place of the entity that is looked at, from the transforms above it.
     place: Affine3A,
     /// Names of meshes, materials and classes are not known: they are those of whatever scene takes what is checked.
     pub is_of_any_scene: bool,
@@ -318,7 +318,7 @@ impl<'a> Check<'a> {
         entities.saturating_add(self.mounted_on(e))
     }
 
-    /// What the transforms above an entity make of its own: each of them may be sound, and all together not. What is
+    /// Combines an entity's transform with those above it: each of them may be sound, and all together not. What is
     /// attached counts as if its node were at the model's origin.
     fn nested_place(&mut self, e: &Entity) {
         let is_nested = self.place != Affine3A::IDENTITY;

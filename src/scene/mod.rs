@@ -444,7 +444,7 @@ fn clock(c: &format::Clock) -> Clock {
     clock
 }
 
-/// Where the project's own scenes are, seen from a checkout.
+/// The folder of the project's own scenes, seen from a checkout.
 const SHIPPED: &str = "assets/scenes";
 
 /// A hint for who names a scene of the project by its file's name alone.

@@ -27,7 +27,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Of a vehicle of that type whose origin is at `place`, turned by `yaw`.
+    /// The footprint of a vehicle of that type whose origin is at `place`, turned by `yaw`.
     pub fn new(place: DVec3, yaw: f64, kind: &VehicleType) -> Self {
         let (sin, cos) = yaw.sin_cos();
         let (front, rear, width) = (f64::from(kind.front()), f64::from(kind.rear()), f64::from(kind.size.x));

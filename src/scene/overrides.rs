@@ -1,4 +1,4 @@
-//! What a program has in the place of some of a scene file's own fields.
+//! Values of a program in the place of some of a scene file's own fields.
 
 use super::format::{Environment, Scene};
 use super::motion_sensors::GeoOrigin;
@@ -15,7 +15,7 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    /// Whether all fields are the file's own.
+    /// True if all fields are the file's own.
     pub fn is_empty(&self) -> bool {
         let Self { step_seconds, geo_origin, environment } = self;
         step_seconds.is_none() && geo_origin.is_none() && environment.is_none()

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{RouteId, VehicleTypes};
 
-/// Where the vehicles of a generator are.
+/// Places of the vehicles of a generator.
 #[derive(Default)]
 pub struct Room {
     lane: Option<Lane>,
@@ -27,8 +27,8 @@ impl Room {
     /// Metres between two vehicles of a lane at least.
     const GAP: f64 = 2.0;
 
-    /// Whether a vehicle has room behind the one before it and, on a closed route, the first one has before it; and is in
-    /// none of the others, as where routes flow into each other.
+    /// Tells if a vehicle has room behind the one before it and, on a closed route, the first one has before it; and is
+    /// in none of the others, as where routes flow into each other.
     pub fn take(&mut self, placement: &Placement, world: &World) -> bool {
         let (types, routes) = (world.resource::<VehicleTypes>(), world.resource::<Routes>());
         let Some((on, name)) = placement.on_route.zip(placement.vehicle) else { return true };

@@ -33,7 +33,7 @@ impl Template {
     /// [`Self::load`] with other fields than the scene's own.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// The same as [`Self::load`].
     pub fn load_with(path: &Path, overrides: &Overrides) -> Result<Self, SceneError> {
         let mut library = Simulation::new().world.remove_resource::<Library>().unwrap_or_default();
         let prepared = prepare(path, &SceneFields::default(), overrides, &mut library)?;

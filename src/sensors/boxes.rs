@@ -2,8 +2,8 @@
 //!
 //! The box around what is seen comes from the numbers of pixels. The box of the whole is that of the outline of the
 //! thing's vertices, with what lies out of the picture. How much is hidden is found by drawing: each thing that is seen
-//! is drawn once more without what is in front of it, with the same pixels, and these are counted. Things whose outlines
-//! are apart share such a picture.
+//! is drawn once more without what is in front of it, with the same pixels, and these are counted. Things whose
+//! outlines are apart share such a picture.
 
 use super::label_table::LabelRuns;
 use super::lidar::Pose;
@@ -32,8 +32,8 @@ pub struct ObjectBox {
     pub box_full: [f32; 4],
     /// How much of what lies within the picture is seen, 0 to 1: its pixels, of those that it has drawn alone.
     pub visible: f32,
-    /// How much of its outline lies out of the picture, 0 to 1. `None` where that is not known: a lens that bends does not
-    /// see all of it.
+    /// How much of its outline lies out of the picture, 0 to 1. `None` where that is not known: a lens that bends does
+    /// not see all of it.
     pub truncated: Option<f32>,
     /// How many pixels show it.
     pub pixels: u32,

@@ -65,14 +65,14 @@ pub struct LidarCapture {
     /// Nanoseconds of the clock when the first of them was fired, which [`LidarScan::time`] counts from; those of the
     /// capture where none was.
     pub nanoseconds: u64,
-    /// Whether each column was fired from where the sensor was at its time: [`LidarSensor::sweep`].
+    /// True if each column was fired from where the sensor was at its time: [`LidarSensor::sweep`].
     ///
     /// [`LidarSensor::sweep`]: systems::sensors::LidarSensor::sweep
     pub sweep: bool,
     /// Where the sensor was when their interval began and ended, in the scene's coordinates; of one that does not sweep
     /// twice the same.
     pub poses: [Pose; 2],
-    /// Whether the first of these is that of the capture before, rather than as if it had stood still: not so of what
+    /// True if the first of these is that of the capture before, rather than as if it had stood still: not so of what
     /// does not sweep, at the begin of a run, after a snapshot and over a jump.
     pub is_before_known: bool,
 }

@@ -46,7 +46,7 @@ pub struct SensorJob {
     pub sensors: Option<Vec<String>>,
     /// Forms of files, at least one.
     pub formats: Vec<FileFormat>,
-    /// How cameras draw, but for what a sensor says itself.
+    /// Settings of cameras, but for what a sensor says itself.
     pub settings: Settings,
     /// Lights everything by this policy; `None`: as the scene has it.
     pub lights: Option<LightPolicy>,

@@ -1,7 +1,7 @@
 //! `sensors.json`: what the sensors of a data set are, and where they were at each capture.
 //!
-//! Matrices are rows of numbers, from the sensor's axes to the scene's coordinates. A camera's axes are X right, Y down,
-//! Z forward; those of all others X forward, Y left, Z up.
+//! Matrices are rows of numbers, from the sensor's axes to the scene's coordinates. A camera's axes are X right, Y
+//! down, Z forward; those of all others X forward, Y left, Z up.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::world_sensors::{Due, nanoseconds, sensor_names};
@@ -21,8 +21,8 @@ use systems::space::origin::Origin;
 /// Of the file's form.
 const VERSION: u32 = 1;
 
-/// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates. Of a lidar also
-/// when its first column was fired; of one that sweeps, where it was then.
+/// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates. Of a lidar
+/// also when its first column was fired; of one that sweeps, where it was then.
 pub(super) fn capture(due: &Due, step: u64, world: &World) -> Value {
     let mut at = json!({
         "step": step,

@@ -39,7 +39,7 @@ pub(super) struct Places {
     pub things: BTreeMap<u32, Place>,
 }
 
-/// Where a drawn entity is, and how often it was put there until then.
+/// Place of a drawn entity, and the number of its jumps until then.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct PartPlace {
     pub world_from_object: DAffine3,

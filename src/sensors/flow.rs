@@ -7,8 +7,8 @@
 //! X = V_k · π⁻¹(u, v, range_k(u, v))      x' = π(V_j⁻¹ · M_j · M_k⁻¹ · X)      flow = x' − (u, v)
 //! ```
 //!
-//! The sky is infinitely far: it moves as the camera turns, and not as it moves. What was put elsewhere in between has no
-//! flow, and a camera that was sees none.
+//! The sky is infinitely far: it moves as the camera turns, and not as it moves. What was put elsewhere in between has
+//! no flow, and a camera that was sees none.
 
 use super::drawn_parts::Places;
 use super::lens_map::LensMap;
@@ -47,7 +47,7 @@ pub struct Flow {
 pub(super) struct FlowFrame {
     /// From camera axes, X right, Y down, Z forward, to the scene's coordinates.
     pub world_from_camera: DAffine3,
-    /// How often the camera was put elsewhere.
+    /// Number of the camera's jumps.
     pub jumps: u32,
     /// Places of what is drawn.
     pub places: Arc<Places>,

@@ -1,7 +1,7 @@
 //! Lidar: the beams of a [`LidarSensor`] through a [`RayScene`].
 //!
-//! Beams are traced by columns, in parts of the same size whatever the number of threads. Each beam is a function of the
-//! scene, its column's pose and its number: so all threads together make the bytes that one makes.
+//! Beams are traced by columns, in parts of the same size whatever the number of threads. Each beam is a function of
+//! the scene, its column's pose and its number: so all threads together make the bytes that one makes.
 
 use super::ray_objects::WorldRay;
 use super::rays::{Guess, RayScene};

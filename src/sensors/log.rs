@@ -13,9 +13,9 @@
 //! ```
 //!
 //! Times are nanoseconds of the simulation. The world has Z up: (x, y, z) are the scene's (Z, X, Y). A camera's frame
-//! is optical: X right, Y down, Z forward. A lidar's has X forward, Y left, Z up. A point was measured `time` seconds after
-//! the stamp of its cloud, from where the frame was then: points of one that does not sweep all at the capture.
-//! A camera whose projection is parallel has no camera_info. An IMU and a GNSS receiver have the axes of lidars.
+//! is optical: X right, Y down, Z forward. A lidar's has X forward, Y left, Z up. A point was measured `time` seconds
+//! after the stamp of its cloud, from where the frame was then: points of one that does not sweep all at the capture. A
+//! camera whose projection is parallel has no camera_info. An IMU and a GNSS receiver have the axes of lidars.
 
 use super::axes::ROS_FROM_WORLD;
 use super::run_writer::{Poses, RunInfo, RunWriter};
@@ -116,8 +116,8 @@ impl SensorLog {
         self.log.write(&topic("objects"), nanoseconds, &SceneUpdate { header, boxes: &placed })
     }
 
-    /// Whether the log has no transform yet of when a scan's first column was fired: none was captured then, or what was
-    /// is not where the scan began.
+    /// True if the log has no transform yet of when a scan's first column was fired: none was captured then, or what
+    /// was is not where the scan began.
     fn is_begin_missing(
         &self,
         LidarCapture { columns, nanoseconds, sweep, is_before_known, .. }: &LidarCapture,
@@ -207,7 +207,7 @@ fn diagonal(values: [f64; 3]) -> [f64; 9] {
     DMat3::from_diagonal(values.into()).to_cols_array()
 }
 
-/// Where a sensor's frame is in the world of ROS. `scene_from_outputs`: from the axes of its outputs.
+/// Pose of a sensor's frame in the world of ROS. `scene_from_outputs`: from the axes of its outputs.
 fn place<'a>(name: &'a str, nanoseconds: u64, scene_from_outputs: &DAffine3) -> TransformStamped<'a> {
     let axes = ROS_FROM_WORLD * scene_from_outputs.matrix3;
     TransformStamped {

@@ -12,7 +12,7 @@ use systems::run::state_hash;
 /// What is in the file.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) struct Manifest {
-    /// What drew; `None`: nothing was drawn.
+    /// The adapter that drew; `None`: nothing was drawn.
     adapter: Option<String>,
     /// BLAKE3 of each file, by its path in the folder.
     pub blake3: BTreeMap<String, String>,
@@ -25,7 +25,7 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
-    /// Of files in a folder, captured of a world as it is now with a device, if anything was drawn.
+    /// Manifest of files in a folder, captured of a world as it is now with a device, if anything was drawn.
     ///
     /// # Errors
     /// [`OutputError::Io`]: a file cannot be read back.

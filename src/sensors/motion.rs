@@ -13,8 +13,8 @@ use systems::sensors::philox::Noise;
 use systems::sensors::{GeoOrigin, GnssReading, GnssSensor, ImuReading, ImuSensor, Sensor, SensorKind};
 use systems::space::{Interpolated, Transform};
 
-/// m/s: what has no motion of its own, which programs move by putting it where it is, was put elsewhere beyond this. What
-/// moves by itself knows when it jumped.
+/// m/s: what has no motion of its own, which programs move by putting it where it is, was put elsewhere beyond this.
+/// What moves by itself knows when it jumped.
 const FASTEST: f64 = 340.0;
 
 /// What an inertial measurement unit measured.
@@ -69,7 +69,7 @@ pub(super) fn measures_motion(kind: &SensorKind) -> bool {
     matches!(kind, SensorKind::Imu(_) | SensorKind::Gnss(_) | SensorKind::Lane(_) | SensorKind::Collision(_))
 }
 
-/// Where something is at a time, and how often it was put there until then.
+/// Place at a time, and the number of jumps until then.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Place {
     pub pose: Pose,
@@ -78,27 +78,28 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Whether it moved from here to a later place, so many seconds later, rather than being put there.
+    /// Tells if it moved from here to a later place, so many seconds later, rather than being put there.
     pub fn leads_to(&self, later: &Self, seconds: f64) -> bool {
         let distance = self.pose.translation.distance(later.pose.translation);
         self.jumps == later.jumps && distance <= FASTEST * seconds
     }
 }
 
-/// How often something was put elsewhere, by itself or with what it is on. It may begin anew where it comes to hang
+/// Number of jumps of something, by itself or with what it is on. It may begin anew where it comes to hang
 /// elsewhere.
 pub(super) fn jumps(world: &World, entity: Entity) -> u32 {
     let own = |entity| world.get::<Interpolated>(entity).map_or(0, Interpolated::jumps);
     own_and_above(world, entity).map(own).fold(0, u32::wrapping_add)
 }
 
-/// Where a sensor was when it was due last: steps and places, the latest last.
+/// Places of a sensor when it was due last: steps and places, the latest last.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track(Vec<(u64, Place)>);
 
 impl Track {
     /// Notes where a sensor is that is due after a step, `seconds` after it was due before. Returns where it was then,
-    /// and before that, as far as that is known and it moved from there to here. The same again where it is asked again.
+    /// and before that, as far as that is known and it moved from there to here. The same again where it is asked
+    /// again.
     pub fn note(&mut self, sensor: &Sensor, step: u64, seconds: f64, now: Place) -> [Option<Pose>; 2] {
         self.0.retain(|(at, _)| *at < step);
         let needed = poses_needed(&sensor.kind);

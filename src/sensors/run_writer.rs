@@ -61,7 +61,7 @@ pub(super) struct RunInfo<'a> {
 }
 
 impl RunInfo<'_> {
-    /// Whether the formats have something to hold, asked before anything is written.
+    /// Checks that the formats have something to hold, asked before anything is written.
     ///
     /// # Errors
     /// [`FrameError`]: a format has nothing to hold, or a name is in its way.
@@ -83,7 +83,7 @@ impl RunInfo<'_> {
         Ok(())
     }
 
-    /// Whether the programs are there that write formats, asked once the formats have not been refused.
+    /// Checks that the programs are there that write formats, asked once the formats have not been refused.
     ///
     /// # Errors
     /// [`FrameError::Video`].

@@ -8,12 +8,12 @@ use crate::renderer::{Gpu, RenderError, Settings};
 use bevy_ecs::prelude::*;
 use systems::Simulation;
 
-/// What it takes to capture the sensors of a world: what draws, and what is kept from capture to capture. By default it
+/// Resources to capture the sensors of a world: what draws, and what is kept from capture to capture. By default it
 /// has no device, and opens one when a camera is first drawn.
 #[derive(Default)]
 pub struct SensorSuite {
-    /// How cameras draw, but for what a sensor says itself: samples and outputs. Levels of detail are those of cameras
-    /// of colours alone; others draw every mesh as it is.
+    /// Settings of cameras, but for what a sensor says itself: samples and outputs. Levels of detail are those of
+    /// cameras of colours alone; others draw every mesh as it is.
     pub settings: Settings,
     drawing: Drawing,
     own: WorldSensors,

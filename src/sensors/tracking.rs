@@ -42,7 +42,7 @@ pub(super) struct TrackedCamera<'a> {
     pub map: Option<&'a LensMap>,
     /// From camera axes, X right, Y down, Z forward, to the scene's coordinates.
     pub world_from_camera: DAffine3,
-    /// How often it was put elsewhere.
+    /// Number of its jumps.
     pub jumps: u32,
     /// The number of the thing that it is on.
     pub mounted_on: Option<u32>,

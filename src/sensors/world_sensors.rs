@@ -311,7 +311,7 @@ impl Due {
         })
     }
 
-    /// Where it is, in the scene's coordinates, whose `origin` the world's count from.
+    /// Its place in the scene's coordinates, whose `origin` the world's count from.
     pub fn in_scene(&self, origin: DVec3) -> DAffine3 {
         self.poses[1].moved(origin).world_from_entity()
     }
@@ -329,7 +329,7 @@ impl Due {
         }
     }
 
-    /// Of a lidar, when its first column was fired, in nanoseconds of the clock, and where it was then.
+    /// Time and pose of a lidar's first column, in nanoseconds of the clock.
     pub fn first_column(&self, world: &World) -> Option<(u64, DAffine3)> {
         let SensorKind::Lidar(lidar) = &self.sensor.kind else { return None };
         let clock = world.resource::<Clock>();

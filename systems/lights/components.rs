@@ -36,8 +36,8 @@ impl LightKind {
     }
 }
 
-/// Marks an object that casts no shadow: lamp glass, sky domes. Counts for the entity's own mesh and its pieces, not for
-/// what is below it. No step reads it and no input changes it, so it is no state.
+/// Marks an object that casts no shadow: lamp glass, sky domes. Counts for the entity's own mesh and its pieces, not
+/// for what is below it. No step reads it and no input changes it, so it is no state.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct NoShadow;
 
@@ -66,8 +66,8 @@ pub struct Light {
     pub shadows: bool,
     /// Metres: what is nearer to the light casts none, such as the glass of its lamp.
     pub shadow_near: f32,
-    /// Metres, of a point light or a spot: the radius of the ball that shines, by which its shadows have penumbrae. 0: a
-    /// point, whose shadows have hard edges. Nothing else depends on it.
+    /// Metres, of a point light or a spot: the radius of the ball that shines, by which its shadows have penumbrae. 0:
+    /// a point, whose shadows have hard edges. Nothing else depends on it.
     pub radius: f32,
     /// Radians, of a directional light: its angular diameter, by which its shadows have penumbrae. 0: hard edges.
     pub angle: f32,
@@ -146,7 +146,7 @@ impl Light {
         self
     }
 
-    /// What a shadow's edge is blurred by: the radius in metres; of a directional light the tangent of half its angle.
+    /// The size that blurs a shadow's edge: the radius in metres; of a directional light the tangent of half its angle.
     pub(crate) fn size(&self) -> f32 {
         match self.kind {
             LightKind::Directional => (0.5 * self.angle).tan(),

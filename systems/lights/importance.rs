@@ -23,12 +23,12 @@
 //! Φ / (D² + R²/4) is an upper bound: q is found only for lights of a block in which that is enough. One formula
 //! serves both, a lane at a time, which the compiler makes vectors of.
 //!
-//! Directional lights have maps of their own: [`rank_suns`] ranks them by their luminance, which is what arrives of them
-//! anywhere. They fade by the same formula, but against the brightest of the others that is less bright: what is as
-//! bright to the bit is not about to overtake. So of five equal suns the four in the lower slots cast in full. A fifth
-//! that becomes brighter comes and goes without a step, but for the one frame in which it is equal, if there is one.
-//! Importances of lamps change with the eye, and pass through equality wherever a view is symmetric: of lamps whose last
-//! map is contested by an equal one, that one fades to nothing.
+//! Directional lights have maps of their own: [`rank_suns`] ranks them by their luminance, which is what arrives of
+//! them anywhere. They fade by the same formula, but against the brightest of the others that is less bright: what is
+//! as bright to the bit is not about to overtake. So of five equal suns the four in the lower slots cast in full. A
+//! fifth that becomes brighter comes and goes without a step, but for the one frame in which it is equal, if there is
+//! one. Importances of lamps change with the eye, and pass through equality wherever a view is symmetric: of lamps
+//! whose last map is contested by an equal one, that one fades to nothing.
 
 use super::components::Light;
 use super::record::LightRecord;
@@ -351,7 +351,7 @@ pub fn rank_suns(lights: &ShadowLights) -> Vec<Ranked> {
     })
 }
 
-/// How much shadows of a light count, of which `next` is the next most important without a map.
+/// The weight of a light's shadows, of which `next` is the next most important without a map.
 pub fn fade(importance: f32, next: f32) -> f32 {
     let ratio = next / importance;
     1.0 - (ratio * ratio) * (ratio * ratio)

@@ -14,13 +14,14 @@
 //! - A channel of the colour is its bits, in two's complement, times 2^(exponent − 127).
 //! - The direction is on an octahedron (Cigolle et al., "A Survey of Efficient Representations for Independent Unit
 //!   Vectors", JCGT 2014), its x and y as parts of 2²⁰ − 1.
-//! - `versine_outer` is a float with 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; `exponent_or_cone_slope` one
-//!   with 6 and 10, from 2⁻²⁰ to 2⁴⁴, rounded up. The least of either stands for 0.
+//! - `versine_outer` is a float with 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; `exponent_or_cone_slope`
+//!   one with 6 and 10, from 2⁻²⁰ to 2⁴⁴, rounded up. The least of either stands for 0.
 //!
 //!
 //! So colours are at most 1/8,191 of their largest channel off, directions two millionths of a radian, outer angles of
-//! cones a part in 7,000, exponents a part in 1,000 and ranges a part in 130,000. From the outer to the inner cone light rises up to a part in
-//! 1,000 faster. The search scores what comes out, [`PackedLight::unpacked`], not what went in.
+//! cones a part in 7,000, exponents a part in 1,000 and ranges a part in 130,000. From the outer to the inner cone
+//! light rises up to a part in 1,000 faster. The search scores what comes out, [`PackedLight::unpacked`], not what went
+//! in.
 //!
 //! `shaders/types.wgsl` mirrors the structs; `tests/shaders.rs` compares offsets and what comes out.
 
@@ -76,17 +77,17 @@ pub struct LightRecord {
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
 pub struct PackedLight {
-    /// As in [`LightRecord`].
+    /// The same as in [`LightRecord`].
     pub position: [f32; 3],
     /// As in [`LightRecord`], but for its lowest bits: [`Self::with_shadow_layer`].
     pub inverse_range_squared: f32,
     /// Colour, kind, direction and cone.
     pub words: [u32; 4],
-    /// As in [`LightRecord`].
+    /// The same as in [`LightRecord`].
     pub attenuation: [f32; 3],
-    /// As in [`LightRecord`].
+    /// The same as in [`LightRecord`].
     pub size: f32,
-    /// As in [`LightRecord`].
+    /// The same as in [`LightRecord`].
     pub ambient: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad0: u32,

@@ -48,7 +48,7 @@ pub struct ScoredLight {
     pub inverse_cone: f32,
     /// h of the bound 1 / (1 + h·tan²) ≥ cos^exponent; 0 for a spot with inner cone.
     pub falloff: f32,
-    /// As in [`LightRecord`].
+    /// The same as in [`LightRecord`].
     pub kind: u32,
     /// Luminance of the magnitude of its colour or of its ambient colour, whichever is larger.
     pub luminance: f32,

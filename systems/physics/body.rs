@@ -148,7 +148,7 @@ impl Body {
         }
     }
 
-    /// How far each spring gives under the vehicle's weight, as stiff as it is held, metres.
+    /// Deflection of each spring under the vehicle's weight, as stiff as it is held, metres.
     fn deflection(&self) -> f64 {
         let count = self.steers.len();
         let given = wheel_tuning(&self.tuning, count).suspension_stiffness;
@@ -268,8 +268,8 @@ pub fn chassis_collider(kind: &VehicleType, wheels: &[WheelPlace]) -> ColliderBu
     ColliderBuilder::cuboid(half.x, half.y, half.z).translation(middle).density(0.0).friction(0.4)
 }
 
-/// Those of an even box of the type's size, and at least as long and wide as its wheels are apart, its middle lowered to
-/// where a vehicle's heavy parts are.
+/// Those of an even box of the type's size, and at least as long and wide as its wheels are apart, its middle lowered
+/// to where a vehicle's heavy parts are.
 fn mass_properties(kind: &VehicleType, wheels: &[WheelPlace], mass: f64) -> MassProperties {
     let hubs = || wheels.iter().map(|wheel| wheel.hub);
     let apart = hubs().fold(Vec3::MIN, Vec3::max) - hubs().fold(Vec3::MAX, Vec3::min);

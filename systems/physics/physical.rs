@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 const STATIC_DEFLECTION: f64 = 0.1;
 /// Of the springs' damping to critical damping, where nothing is said.
 const DAMPING_RATIO: f64 = 0.35;
-/// Of their length, what springs give at most under the vehicle's weight: the rest is left for bumps.
+/// The part of their length that springs give at most under the vehicle's weight: the rest is left for bumps.
 const MOST_DEFLECTION: f64 = 0.9;
 /// Drag coefficient times half the density of air, kg/m³: between a car's and a van's.
 const DRAG_PER_AREA: f64 = 0.21;
@@ -101,9 +101,9 @@ impl Tuning {
         }
     }
 
-    /// As a step of so many seconds holds it: springs up to 1 / (`mobility`·h²) and dampers up to 1 / (`mobility`·h),
-    /// which is what backward Euler makes of infinite ones (Catto, "Soft Constraints", GDC 2011). `mobility`, 1/kg: the
-    /// largest by which the wheels' velocities answer to their impulses.
+    /// The suspension as a step of so many seconds holds it: springs up to 1 / (`mobility`·h²) and dampers up to 1 /
+    /// (`mobility`·h), which is what backward Euler makes of infinite ones (Catto, "Soft Constraints", GDC 2011).
+    /// `mobility`, 1/kg: the largest by which the wheels' velocities answer to their impulses.
     ///
     /// A wheel's velocity v and its spring's length x follow v' = v − a·h·(k·x + c·v), x' = x + h·v'. With κ = a·k·h²
     /// and γ = a·c·h that is stable where κ + 2γ < 4 (Jury's criterion); here it is 3 at most.

@@ -40,7 +40,7 @@ impl Interpolation {
 pub struct Interpolated {
     /// The transform of the step before; `None`: not known, or far from here.
     before: Option<Transform>,
-    /// How often it jumped since the world began.
+    /// Number of its jumps since the world began.
     jumps: u32,
 }
 
@@ -52,7 +52,7 @@ impl Interpolated {
         self.jumps = self.jumps.wrapping_add(1);
     }
 
-    /// How often it jumped since the world began: between two times at which this is the same, it moved.
+    /// Number of its jumps since the world began: between two times at which this is the same, it moved.
     pub fn jumps(&self) -> u32 {
         self.jumps
     }

@@ -166,8 +166,8 @@ impl Transform {
         -self.up()
     }
 
-    /// Whether all of it is finite and within what scenes and calls may ask for: places of the world count from an origin
-    /// that may be [`FARTHEST`] away itself.
+    /// Whether all of it is finite and within what scenes and calls may ask for: places of the world count from an
+    /// origin that may be [`FARTHEST`] away itself.
     pub fn is_sound(&self) -> bool {
         let is_near = self.translation.as_dvec3().abs().max_element() <= 2.0 * FARTHEST;
         self.is_finite() && is_near && self.scale.as_dvec3().abs().max_element() <= LARGEST

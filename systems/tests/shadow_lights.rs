@@ -236,7 +236,7 @@ fn a_world_without_shadows_has_no_list() {
     assert_eq!(version(&simulation), 0);
 }
 
-/// Of equal suns the first cast in full; a fainter fifth takes of the fourth what the formula says.
+/// The first of equal suns cast in full; a fainter fifth takes of the fourth what the formula says.
 #[test]
 fn of_equal_suns_those_in_the_lower_slots_cast_in_full() {
     let ranked = |brightness: &[f32]| {

@@ -87,7 +87,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Whether its numbers are numbers, and its place is one that a world has.
+    /// True if its numbers are numbers, and its place is one that a world has.
     pub(crate) fn is_sound(&self) -> bool {
         let adding_up = [self.speed, self.yaw, self.hitch, self.rolled];
         let is_near = self.place.abs().max_element() <= 2.0 * FARTHEST;

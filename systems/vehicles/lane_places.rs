@@ -36,7 +36,7 @@ impl Routes {
         found.min_by(|a, b| against(a).cmp(&against(b)).then(a.offset.abs().total_cmp(&b.offset.abs())))
     }
 
-    /// Where a vehicle that is under manual control is on its route: at the nearest place of it, where the route would
+    /// The place on its route of a vehicle under manual control: at the nearest place of it, where the route would
     /// take it up again, and in the nearest of its lanes, however far away that is.
     pub fn beside_route(&self, on: &OnRoute, point: DVec3, forward: DVec3) -> Option<LaneReading> {
         let route = self.get(on.route)?;

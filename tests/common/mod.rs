@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Whether what is missing fails a test rather than skipping it.
+/// True if what is missing fails a test rather than skipping it.
 #[allow(dead_code)]
 pub fn strict() -> bool {
     std::env::var_os("RELIEF_STRICT").is_some_and(|v| v != "0")
@@ -28,7 +28,7 @@ pub fn skip_always(why: &str) {
     let _ = writeln!(std::io::stderr(), "skipped: {why}");
 }
 
-/// Whether ffmpeg and what reads its films are there; said aloud where not.
+/// Looks for ffmpeg and what reads its films; said aloud where not.
 ///
 /// # Panics
 /// In strict mode, where they are not.

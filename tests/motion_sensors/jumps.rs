@@ -1,4 +1,4 @@
-//! What was put elsewhere did not move there: no sensor measures a motion over that, however rarely it is due.
+//! A thing that was put elsewhere did not move there: no sensor measures a motion over that, however rarely it is due.
 
 use super::{CAR, STEP, capture, common, gnss, imu, mount};
 use bevy_ecs::name::Name;
@@ -27,7 +27,7 @@ struct Drive {
     simulation: Simulation,
     car: Entity,
     suite: SensorSuite,
-    /// Where it was after each step.
+    /// Its place after each step.
     places: Vec<DVec3>,
 }
 

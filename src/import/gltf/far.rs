@@ -67,7 +67,7 @@ fn parts<'a>(
     })
 }
 
-/// What of a node is too far away, and how far; `None` where only its boxes are.
+/// The part of a node that is too far away, and its distance; `None` where only its boxes are.
 fn beyond(node: &Node, model_from_node: &Affine3A, meshes: &[Mesh]) -> Option<String> {
     let distance = size(model_from_node.translation.into());
     if distance > FARTHEST {

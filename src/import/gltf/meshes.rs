@@ -17,8 +17,8 @@ use systems::space::FARTHEST;
 
 /// How far a normal's length may be from 1: what the reference validator allows.
 const UNIT_TOLERANCE: f32 = 0.00674;
-/// Of a vertex, in whatever unit its mesh has: micrometres at the least, as far as anything may be ([`FARTHEST`]). Squares
-/// and products of such lengths are finite.
+/// Coordinates of a vertex, in whatever unit its mesh has: micrometres at the least, as far as anything may be
+/// ([`FARTHEST`]). Squares and products of such lengths are finite.
 const LARGEST: f32 = 1e6 * FARTHEST as f32;
 /// Memory of a vertex and of a triangle while it is made, for the file's budget.
 const VERTEX_BYTES: usize = 80;

@@ -26,7 +26,7 @@ const LONGEST_VEHICLE: f32 = 1000.0;
 const FARTHEST_CLEAR: f32 = 200.0;
 /// Seconds.
 const LONGEST_WAIT: f32 = 1e5;
-/// As fast as anything may be, km/h.
+/// The highest speed of anything, km/h.
 const FASTEST_KMH: f32 = (FASTEST * 3.6) as f32;
 
 impl<'a> Check<'a> {

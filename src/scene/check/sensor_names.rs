@@ -50,7 +50,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// As entities become when they are spawned.
+    /// Names of entities once they are spawned.
     fn is_thing(&self, entity: &Entity, is_at_top: bool) -> bool {
         let is_model = |mesh: &String| matches!(self.scene.meshes.get(mesh), Some(MeshSource::Model(_)));
         let by_itself = is_at_top && entity.mesh.as_ref().is_some_and(is_model) || entity.rig.is_some();
