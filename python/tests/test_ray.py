@@ -180,7 +180,7 @@ def test_rollouts_of_a_killed_worker_and_a_cut_file_are_those_of_one_process(tmp
         (["--policy", "own:drive", "--seed", "4"], "has episodes of seed 3, not 4"),
         (["--policy", "own:nothing"], "policy 'own:nothing': own has no function 'nothing'"),
         (["--policy", "nowhere:drive"], "No module named 'nowhere'"),
-        (["--policy", "own:fails", "-o", str(tmp_path / "other")], "own.py:15: KeyError: 'way'"),
+        (["--policy", "own:fails", "-o", str(tmp_path / "other")], "own.py:16: KeyError: 'way'"),
         (["--policy", "own:locked"], "policy 'own:locked': cannot be sent to workers: cannot pickle '_thread.lock'"),
         (["--policy", "own:drive", "-o", str(tmp_path)], "expected a new or empty folder"),
         (["-o", str(tmp_path / "large"), "--size", "4097x1"], "error: size: expected 1 to 4096 pixels"),
