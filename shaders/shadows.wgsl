@@ -15,9 +15,9 @@
 // Texels along a side of a layer.
 const SHADOW_SIZE: f32 = 768.0;
 // Texels around a face beyond its quarter turn, or around a spot's cone: filters read no neighbouring face.
-const SHADOW_GUTTER: f32 = 6.0;
+const SHADOW_GUTTER: f32 = 2.0;
 // Texels of a slope of one in the smaller faces.
-const SMALL_FACE_SCALE: f32 = 122.0;
+const SMALL_FACE_SCALE: f32 = 126.0;
 // Metres from the middle of a directional light's first level to its sides, and from the near plane to the far one.
 const FIRST_LEVEL: f32 = 8.0;
 const SUN_DEPTH: f32 = 2048.0;

@@ -16,13 +16,12 @@ fn spot(intensity: f32, outer_degrees: f32) -> Light {
     Light { kind, ..lamp(intensity) }
 }
 
-/// Texels of a slope of one: of the face below a point light, of its other faces, and of a spot. Half of what is there,
-/// less the six around it that filters may read.
-const BELOW: f64 = 512.0 / 2.0 - 6.0;
-const BESIDE: f64 = 256.0 / 2.0 - 6.0;
+/// Texels of a slope of one: of the face below a point light, of its other faces, and of a spot.
+const BELOW: f64 = 254.0;
+const BESIDE: f64 = 126.0;
 
 fn of_spot(outer_degrees: f64) -> f64 {
-    (768.0 / 2.0 - 6.0) / outer_degrees.to_radians().tan()
+    382.0 / outer_degrees.to_radians().tan()
 }
 
 /// Below a lamp, beside one, in a wide spot, which has six faces as well, and in spots that fill their layer. All edges

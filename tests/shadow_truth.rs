@@ -254,26 +254,6 @@ fn penumbrae_of_maps_have_no_steps_of_texels() {
     }
 }
 
-/// A lamp's penumbra that lies on a seam of its faces, and askew to it: the filter reads one of them alone.
-#[test]
-fn penumbrae_have_no_steps_where_faces_meet() {
-    if common::gpu().is_none() {
-        return;
-    }
-    // The floor's middle is as far aside of the lamp as it is below.
-    let lamp = "light: point(intensity: 8, attenuation: inverse_square, radius: 0.1, shadows: true), \
-                transform: (translation: (-3, 3, 0))";
-    let half = |metres: f64| format!("orthographic_half_height: {metres}");
-    let scene = plate(lamp, 1.0, -1.0, 10.0).replace(&half(HALF), &half(1.0));
-    let side = 200;
-    let found = measured_in(&scene, None, (side, side));
-    for step in [1, side as usize] {
-        let [rays, maps] = [&found.truth, &found.maps].map(|picture| largest_step(picture, &found.unshadowed, step));
-        // A byte of sRGB is 0.01 of the light that there is.
-        assert!(rays < 0.2 && maps <= 1.5 * rays + 0.01, "{step}: {maps}, by rays {rays}");
-    }
-}
-
 /// Things on the floor, and something in the air.
 const FURNITURE: &str = r#"
         (mesh: "cube", material: "white", transform: (translation: (0, 0.5, 0))),

@@ -14,13 +14,13 @@
 //! ```
 
 use super::seen_shadows::Shadow;
-use super::shadow_layers::{Face, SIZE, Turn, WIDEST_FILTER, fade_bits, filter_of, rounding, upper_half};
+use super::shadow_layers::{Face, SIZE, Turn, fade_bits, filter_of, rounding, upper_half};
 use glam::Vec3;
 use systems::lights::LightRecord;
 use systems::space::Sphere;
 
 /// Texels on each side of a face beyond what it shows: filters read no other face.
-pub(super) const GUTTER: f32 = WIDEST_FILTER;
+pub(super) const GUTTER: f32 = 2.0;
 /// Texels of a slope of one in the smaller faces; wherever else there are more.
 pub(super) const SMALLEST_SCALE: f32 = SIZE as f32 / 6.0 - GUTTER;
 /// Versine of the widest spot that is drawn through one perspective projection: 60° from its axis.
