@@ -259,7 +259,7 @@ impl TracedScene {
         Traced { shadows: TracedShadows::from_rows(&rows), unmet: unmet.iter().sum() }
     }
 
-    /// How many pairs there are of an object and a light that some sample of a picture shows lit by it, and that are
+    /// Number of pairs of an object and a light that some sample of a picture shows lit by it, and that are
     /// not in these lists; of the lights in those of the world's last frame. `shown` as for [`Self::shadows`].
     pub fn left_out(&self, simulation: &Simulation, shown: &[Option<u32>], reached: &ObjectLights) -> usize {
         let lights = ObjectLights::new(simulation);

@@ -27,7 +27,7 @@ impl Check<'_> {
     }
 }
 
-/// What of vehicles' springs counts as another number than is given: of the first vehicle, and how many others have
+/// Warns of springs that count as another number than is given: of the first vehicle, and how many others have
 /// some.
 pub fn warnings(world: &mut World) -> Vec<String> {
     let mut vehicles = world.query::<(&VehicleNumber, Entity, &Vehicle, &Physical)>();

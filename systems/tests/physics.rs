@@ -101,8 +101,8 @@ fn it_stands_as_its_model_does_and_springs_give_by_its_weight() {
     assert!((tuning(2000.0) - deflection(2000.0)).abs() < 1e-6);
 }
 
-/// Things that stand stay, and those that roll keep their speed and height, whatever their mass, springs, dampers and the
-/// step: those that the step cannot hold are as stiff as it can.
+/// Things that stand stay, and those that roll keep their speed and height, whatever their mass, springs, dampers and
+/// the step: springs that the step cannot hold are as stiff as it can.
 #[test]
 fn whatever_its_springs_and_the_step_it_stands_and_rolls_evenly() {
     let stiffnesses = [None, Some(100.0), Some(2e5), Some(1e6), Some(5e6), Some(1e8)];
