@@ -32,8 +32,8 @@ pub struct ObjectBox {
     pub box_full: [f32; 4],
     /// How much of what lies within the picture is seen, 0 to 1: its pixels, of those that it has drawn alone.
     pub visible: f32,
-    /// The share of its outline that lies out of the picture, 0 to 1. `None` where that is not known: a lens that bends does
-    /// not see all of it.
+    /// The share of its outline that lies out of the picture, 0 to 1. `None` where that is not known: a lens that bends
+    /// does not see all of it.
     pub truncated: Option<f32>,
     /// How many pixels show it.
     pub pixels: u32,
