@@ -45,10 +45,11 @@ const BOX_ROOM: f32 = 1e-5;
 const EDGE: f64 = 1e-9;
 
 /// Places of a light's disc that rays go to.
-const PLACES: usize = 64;
-/// Those of them that are asked first: all of the rim's, then every fifth. Where they agree, so do the others.
+const PLACES: usize = 256;
+/// Those of them that are asked first: the rim's, and one in so many of the others. Where they agree, so do all.
 const RIM: usize = 20;
-const FIRST: usize = RIM + (PLACES - RIM).div_ceil(5);
+const STRIDE: usize = 24;
+const FIRST: usize = RIM + (PLACES - RIM).div_ceil(STRIDE);
 
 /// What rays need to know of a drawn object.
 #[derive(Clone, Copy)]
@@ -410,7 +411,7 @@ fn disc_places() -> Vec<DVec2> {
     let place =
         |number: usize| DVec2::from_angle(golden * number as f64) * ((number as f64 + 0.5) / PLACES as f64).sqrt();
     let (first, others): (Vec<usize>, Vec<usize>) =
-        (0..PLACES).rev().partition(|&number| number >= PLACES - RIM || number.is_multiple_of(5));
+        (0..PLACES).rev().partition(|&number| number >= PLACES - RIM || number.is_multiple_of(STRIDE));
     first.into_iter().chain(others).map(place).collect()
 }
 
