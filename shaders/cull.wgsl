@@ -1,4 +1,4 @@
-// Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling.rs encodes it.
+// Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling/cull.rs encodes it.
 //
 //   cull          per slot: is the object in view, at which level of detail, and how far away?
 //   count         per entry (a page as one draw sees it): of the slots that the draw takes, how many are in each slice
@@ -124,7 +124,7 @@ const LOOKERS = PAGE_SLOTS / TOGETHER;
 const SLOTS_EACH = PAGE_SLOTS / LOOKERS;
 
 // Of the pages or entries at hand: a bit for each that holds anything. Workgroups begin with what others left in their
-// variables (src/renderer/culling.rs): for a whole array to be made zero before, compilers take long.
+// variables (src/renderer/culling/cull.rs): for a whole array to be made zero before, compilers take long.
 var<workgroup> busy: atomic<u32>;
 
 // Which of EARLY and LATE is drawn.

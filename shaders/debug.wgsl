@@ -11,7 +11,7 @@ const DEBUG_ERROR_BOUND = 6u;
 const DEBUG_VISIBILITY = 7u;
 const DEBUG_CELLS = 8u;
 
-// Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/settings.rs has its twin for the legend.
+// Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/plan/settings.rs has its twin for the legend.
 fn heat_color(heat: f32) -> vec3f {
     let h = saturate(heat);
     return saturate(vec3f(4.0 * h - 2.0, 2.0 - abs(4.0 * h - 2.0), 2.0 - 4.0 * h));

@@ -1,6 +1,6 @@
 // The forward pass: objects in batches, each pixel lit by its object's lights.
 //
-// The overrides are set when a pipeline is made; see src/renderer/pipelines.rs.
+// The overrides are set when a pipeline is made; see src/renderer/passes/pipelines.rs.
 
 override SHADING: u32 = 0u;
 override ALPHA: u32 = 0u;
@@ -13,8 +13,8 @@ const ALPHA_OPAQUE = 0u;
 const ALPHA_MASK = 1u;
 const ALPHA_BLEND = 2u;
 
-// The maps that pixels of one technique read: `bound_maps` of src/renderer/textures.rs has the same order. Perturbed UV
-// reads neither normal nor height map; its own two are bound in their places.
+// The maps that pixels of one technique read: `bound_maps` of src/renderer/resources/textures.rs has the same order.
+// Perturbed UV reads neither normal nor height map; its own two are bound in their places.
 @group(1) @binding(0) var base_maps: texture_2d_array<f32>;
 @group(1) @binding(1) var normal_or_offset_maps: texture_2d_array<f32>;
 @group(1) @binding(2) var specular_maps: texture_2d_array<f32>;

@@ -1,4 +1,5 @@
-// Records that lie apart in a table, written in one go: one invocation per texel. src/renderer/scatter.rs encodes it.
+// Records that lie apart in a table, written in one go: one invocation per texel.
+// src/renderer/resources/scatter.rs encodes it.
 
 // The first texel of where each record goes.
 @group(0) @binding(0) var<storage, read> places: array<u32>;

@@ -1,4 +1,4 @@
-// Depths of what casts shadows, as a light sees it in one face of its layer (src/renderer/shadow_layers.rs).
+// Depths of what casts shadows, as a light sees it in one face of its layer (src/renderer/shadows/shadow_layers.rs).
 
 override TRANSFORMED_UVS: bool = true;
 override VERTEX_COLORS: bool = true;

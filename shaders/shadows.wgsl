@@ -2,8 +2,9 @@
 // unshadowed.wgsl.
 //
 // A light with a shadow layer has a square of an array texture. A spot fills it; a point light has six faces there, as
-// src/renderer/lamp_layers.rs lays them out. Depths are reversed: near / distance along the face's axis. A directional
-// light has several layers, its levels around the eye (src/renderer/sun_levels.rs); depths are linear there.
+// src/renderer/shadows/lamp_layers.rs lays them out. Depths are reversed: near / distance along the face's axis. A
+// directional light has several layers, its levels around the eye (src/renderer/shadows/sun_levels.rs); depths are
+// linear there.
 //
 // There is no bias to set. 1 / distance is linear on a plane, so the depth of the receiver's own triangle at the middle
 // of each texel is known exactly: each is compared with its own (Isidoro, "Shadow Mapping: GPU-based Tips and

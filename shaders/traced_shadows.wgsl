@@ -1,7 +1,7 @@
 // How much of each light the surfaces of each pixel see, as rays found it: for measuring shadows. Takes the place of
 // unshadowed.wgsl.
 
-// src/renderer/traced.rs says how the words are laid out.
+// src/renderer/shadows/traced.rs says how the words are laid out.
 @group(3) @binding(0) var<storage, read> traced: array<u32>;
 
 // Set in the second word of a surface that another one of the pixel follows.

@@ -1,5 +1,5 @@
 //! The shaders by themselves: every module is valid, and its structs lie in memory as the Rust ones that fill them do.
-//! Their constants are compared in src/renderer/shaders.rs, where the renderer's own can be seen.
+//! Their constants are compared in src/renderer/gpu/shaders.rs, where the renderer's own can be seen.
 
 mod common;
 

@@ -19,475 +19,52 @@
 //!
 //! A window, a file and a test call the same functions: a target is any texture view. Programs with one camera have
 //! [`SingleView`].
+//!
+//! Floors, each of which may use those before it:
+//!
+//! ```text
+//! plan        what is asked for: settings, outputs, the plan of a view
+//! gpu         the device, its errors; buffers, textures, read-backs, timestamps, texts of shaders
+//! resources   what is uploaded of a scene: meshes, textures of materials, tables of records
+//! passes      pipelines, and what passes draw into
+//! culling     which objects a view draws, and how much that was
+//! shadows     layers of the shadow maps: lights, casters, passes; shadows that rays found
+//! views       what each view keeps from frame to frame, and what it gives
+//! frame       `Renderer`: prepares, encodes, reads back; many views and worlds together
+//! ```
 
-mod batch_encoder;
-mod cell_view;
-mod cpu_rasterizer;
 mod culling;
-mod custom_passes;
-mod emboss;
-mod encode;
-mod error;
-mod faults;
-mod few_objects;
-mod frame_tables;
+mod frame;
 mod gpu;
-mod indirect_draws;
-mod lamp_layers;
-mod layer_casters;
-mod many_worlds;
-mod meshes;
-mod objects;
-mod outputs;
-mod pass;
-mod pipelines;
-mod pyramid;
-mod readback;
-mod scatter;
-mod seen_shadows;
-mod settings;
-pub mod shaders;
-mod shadow_layers;
-mod shadow_maps;
-mod shadow_pass;
-mod shared_buffer;
-mod single_view;
-mod sun_levels;
-mod tables;
-mod targets;
-mod textures;
-mod timestamps;
-mod traced;
-mod view_batches;
-mod view_state;
-mod visible_counts;
-mod worlds;
+mod passes;
+mod plan;
+mod resources;
+mod shadows;
+mod views;
 
-pub use cpu_rasterizer::keep_freed_memory;
-pub use culling::CullRecord;
-pub use custom_passes::{PassPlace, PassTargets};
-pub use encode::ViewTarget;
-pub use error::RenderError;
-pub use faults::Faults;
-pub use few_objects::SlotSet;
-pub use gpu::{Gpu, GpuError, instance_flags};
-pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
-pub use many_worlds::{Lend, ReadFrame};
-pub use outputs::{OutputSet, Outputs, Picked};
-use readback::read_buffer;
-pub use readback::{picture_texture, read_texture};
-pub use settings::{DebugView, HeatScale, Occlusion, Settings};
-pub use shadow_layers::ShadowFaceRecord;
-pub use shadow_maps::ShadowStats;
-pub use single_view::SingleView;
-pub use timestamps::PassTime;
-pub use traced::{TracedRow, TracedShadows};
-pub use view_batches::ViewBatches;
-pub use view_state::{ViewPlan, ViewState};
-pub use visible_counts::VisibleCounts;
-
-use cpu_rasterizer::CpuRasterizer;
-use culling::Culling;
-use few_objects::FewObjects;
-use indirect_draws::IndirectDraws;
-use pipelines::{MissingPipelines, Pipelines};
-use pyramid::PyramidMaker;
-use shadow_maps::ShadowMaps;
-use systems::assets::Technique;
-use systems::draw::{BatchKey, DrawList, FrameData};
-use targets::SceneColorCopy;
-use textures::Textures;
-use timestamps::Timestamps;
-use worlds::{Assets, RestingWorlds, WorldUploads};
-
-/// The format of pictures that are written or compared; a window's surface has the like.
-pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-
-/// What the last prepare and encode did, of all views together.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct RenderStats {
-    /// Draws of objects: batches at each level of detail in each phase, and runs of blended objects.
-    pub draws: u32,
-    /// Calls that they took.
-    pub draw_calls: u32,
-    /// Bytes of instance records uploaded.
-    pub instance_bytes: u64,
-    /// Bytes of light records uploaded.
-    pub light_bytes: u64,
-    /// Bytes of material records uploaded.
-    pub material_bytes: u64,
-    /// Bytes of the lists of pages, draws and blended objects uploaded.
-    pub list_bytes: u64,
-    /// Bytes of meshes and textures uploaded.
-    pub asset_bytes: u64,
-    /// Shadow maps; of what is drawn, since the last encode.
-    pub shadows: ShadowStats,
-}
-
-impl RenderStats {
-    /// All bytes uploaded.
-    pub fn uploaded_bytes(&self) -> u64 {
-        self.scene_bytes() + self.list_bytes
-    }
-
-    /// What all views share.
-    fn scene_bytes(&self) -> u64 {
-        self.surface_bytes() + self.light_bytes
-    }
-
-    fn surface_bytes(&self) -> u64 {
-        self.instance_bytes + self.material_bytes + self.asset_bytes
-    }
-}
-
-/// What meshes, textures and shadow maps take on a device, with what is kept free for others.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct HeldBytes {
-    /// Vertices and indices.
-    pub meshes: u64,
-    /// Images of materials, with all their levels.
-    pub textures: u64,
-    /// Layers of shadow maps.
-    pub shadow_maps: u64,
-}
-
-/// What was uploaded since a renderer began, in numbers that only grow.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-struct Uploads {
-    /// Frames that uploaded anything that a picture may differ by.
-    any: u64,
-    /// Frames that uploaded objects, materials, meshes or textures: a material that lets more through hides less.
-    surfaces: u64,
-}
-
-/// A device, and a scene as it is uploaded to it: what all views share.
-#[derive(Debug)]
-pub struct Renderer {
-    gpu: Gpu,
-    pipelines: Pipelines,
-    assets: Assets,
-    /// Of the world at hand.
-    own: WorldUploads,
-    /// What rests of others, if they are kept.
-    resting: Option<RestingWorlds>,
-    culling: Culling,
-    pyramids: PyramidMaker,
-    /// Stands in for the picture behind blended objects where none refracts it.
-    no_scene_color: SceneColorCopy,
-    /// The world whose meshes, textures and tables are uploaded.
-    world: u64,
-    /// How often views were prepared: those of the last time may be encoded.
-    prepared: u64,
-    stats: RenderStats,
-    /// Where they are asked for and the device has them.
-    timestamps: Option<Timestamps>,
-    cpu_rasterizer: CpuRasterizer,
-}
-
-impl Renderer {
-    /// A renderer for a device.
-    pub fn new(gpu: &Gpu) -> Self {
-        let device = &gpu.device;
-        let textures = Textures::new(device);
-        let pipelines = Pipelines::new(device, &textures.layout);
-        let culling = Culling::new(gpu, &pipelines.frame_layout);
-        Self::of_no_world(gpu, textures, pipelines, culling, PyramidMaker::new(device))
-    }
-
-    /// A renderer that has uploaded nothing yet, with the pipelines that there are.
-    fn of_no_world(
-        gpu: &Gpu,
-        textures: Textures,
-        pipelines: Pipelines,
-        culling: Culling,
-        pyramids: PyramidMaker,
-    ) -> Self {
-        let device = &gpu.device;
-        Self {
-            culling,
-            pyramids,
-            assets: Assets::new(gpu, textures),
-            own: WorldUploads::new(gpu),
-            resting: None,
-            no_scene_color: SceneColorCopy::new(device, &pipelines.scene_color_layout, (1, 1)),
-            world: 0,
-            prepared: 0,
-            stats: RenderStats::default(),
-            timestamps: None,
-            cpu_rasterizer: CpuRasterizer::new(&gpu.adapter),
-            pipelines,
-            gpu: gpu.clone(),
-        }
-    }
-
-    /// The device it draws with.
-    pub fn gpu(&self) -> &Gpu {
-        &self.gpu
-    }
-
-    /// What meshes, textures and shadow maps of the scene take on the device.
-    pub fn held_bytes(&self) -> HeldBytes {
-        HeldBytes {
-            meshes: self.assets.meshes.bytes(),
-            textures: self.assets.textures.bytes(),
-            shadow_maps: self.own.shadow_maps.bytes(),
-        }
-    }
-
-    /// What the last prepare and encode did, of all views together.
-    pub fn stats(&self) -> RenderStats {
-        self.stats
-    }
-
-    /// Has the GPU note when it works on each pass, for [`Self::pass_times`]. Nothing on a device without
-    /// [`wgpu::Features::TIMESTAMP_QUERY`].
-    pub fn time_passes(&mut self) {
-        self.timestamps = Timestamps::new(&self.gpu);
-    }
-
-    /// How long the GPU took over each pass of the oldest frame not asked for yet, in order; `None` while it has not
-    /// arrived, and if passes are not timed ([`Self::time_passes`]).
-    pub fn pass_times(&mut self) -> Option<Vec<PassTime>> {
-        self.timestamps.as_mut()?.take()
-    }
-
-    /// Uploads what changed in a frame's data, once for all views, and makes what views lack, so that [`Self::encode`]
-    /// only encodes. Afterwards [`ViewState::needs_redraw`] says whether a view's picture can differ from the one last
-    /// drawn; if not, [`Self::encode_again`] gives it for less. A world lends its frame by
-    /// [`Simulation::with_frame`](systems::Simulation::with_frame), and is to be as its frame's systems left it: what
-    /// is edited in between may be seen in part. Data of other programs are a frame, too ([`FrameData`]). Texels that
-    /// the library does not keep ([`systems::assets::Library::keep_texels`]) are released.
-    ///
-    /// Those views can be encoded until the next `prepare`. Others rest, with what they saw last: what lists are made
-    /// of may change meanwhile.
-    ///
-    /// # Errors
-    /// [`RenderError`]. No view can be encoded then until another `prepare` goes well, but where a picture is too
-    /// large: nothing changes for that.
-    pub fn prepare(
-        &mut self,
-        frame: &mut FrameData<'_>,
-        views: &mut [(&mut ViewState, ViewPlan)],
-    ) -> Result<(), RenderError> {
-        let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        let longest = views.iter().map(|(_, plan)| plan.view.width.max(plan.view.height)).max().unwrap_or(0);
-        if longest > limit {
-            let (needed, limit) = (longest.into(), limit.into());
-            return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
-        }
-        self.enter(frame);
-        let list = frame.list;
-        self.stats = RenderStats::default();
-        for (state, plan) in &mut *views {
-            state.begin(&self.gpu, self.own.epoch, list, &plan.settings);
-        }
-        self.prepared += 1;
-        // What there is no memory for fails again where it is used.
-        let invalid = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let prepared = self.prepare_scene(frame, views);
-        let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
-        let refused =
-            errors.into_iter().flatten().next().map(|error| RenderError::Refused { reason: error.to_string() });
-        // A device that is lost refuses everything.
-        let prepared = self.gpu.check().and(refused.map_or(prepared, Err));
-        // What is given up is no upload, and may be missing in a picture.
-        let versions = (self.assets.meshes.version(), self.assets.textures.version());
-        let assets_changed = std::mem::replace(&mut self.own.asset_versions, versions) != versions;
-        self.own.uploads.any += u64::from(assets_changed || self.stats.scene_bytes() > 0);
-        self.own.uploads.surfaces += u64::from(assets_changed || self.stats.surface_bytes() > 0);
-        if let Err(error) = prepared {
-            views.iter_mut().for_each(|(state, plan)| state.forget(&plan.settings));
-            // There may have been no memory for them.
-            self.own.shadow_maps = ShadowMaps::new();
-            return Err(error);
-        }
-        let list = frame.list;
-        for (index, (state, plan)) in (0..).zip(views) {
-            let shadow_records = self.own.tables.shadow_records(index);
-            state.finish(&self.gpu, list, (plan, shadow_records), self.own.uploads, self.prepared);
-            state.fit_scene_color(
-                &self.gpu.device,
-                &self.pipelines.scene_color_layout,
-                plan.size(),
-                &self.own.blended_keys.1,
-            );
-            if state.needs_sky() {
-                self.pipelines.make_sky(&self.gpu.device, state.pass.sky());
-            }
-        }
-        Ok(())
-    }
-
-    /// Keeps what is uploaded of a world while others are drawn, until it is [forgotten](Self::forget_world).
-    pub fn keep_worlds(&mut self) {
-        self.resting.get_or_insert_default();
-    }
-
-    /// Gives up what is uploaded of a world that is not drawn any more, by [`DrawList::world`].
-    pub fn forget_world(&mut self, world: u64) {
-        if world == self.world {
-            (self.own, self.world) = (WorldUploads::new(&self.gpu), 0);
-        } else if let Some(resting) = &mut self.resting {
-            resting.forget(world);
-        }
-    }
-
-    /// What is on the device may belong to another world; how it is drawn does not.
-    fn enter(&mut self, frame: &FrameData<'_>) {
-        let world = frame.list.world;
-        if world == self.world {
-            return;
-        }
-        if let Some(resting) = &mut self.resting {
-            resting.exchange(&self.gpu, (self.world, frame), (&mut self.own, &mut self.assets));
-        } else if self.world != 0 {
-            let textures = Textures::with_layout(self.assets.textures.layout.clone());
-            (self.assets, self.own) = (Assets::new(&self.gpu, textures), WorldUploads::new(&self.gpu));
-        }
-        self.world = world;
-    }
-
-    /// Uploads the scene, makes the pipelines and targets that are missing, and gets ready to cull for each view.
-    fn prepare_scene(
-        &mut self,
-        frame: &mut FrameData<'_>,
-        views: &mut [(&mut ViewState, ViewPlan)],
-    ) -> Result<(), RenderError> {
-        let list = frame.list;
-        self.note_blended(list);
-        for (state, plan) in &mut *views {
-            state.rank_shadows(frame, plan);
-            self.stats.list_bytes += state.upload_blended(&self.gpu, list, &plan.view)?;
-        }
-        self.choose_shadows(frame, views);
-        // Compiled while the rest is uploaded.
-        let states = views.iter().map(|(state, _)| &**state);
-        let missing = self.start_pipelines(states, list.batches.iter().map(|batch| batch.key));
-        let uploaded = self.upload(frame, views);
-        self.pipelines.finish_objects(missing);
-        uploaded?;
-        let list = frame.list;
-        let cells = frame.cells.filter(|cells| !cells.is_empty());
-        if cells.is_some() {
-            self.culling.make_for_cells(&self.gpu.device);
-        }
-        let few = self.few_objects(frame, views);
-        for (state, plan) in views {
-            let levels = plan.settings.levels.enabled;
-            let draws = &mut self.own.draws[usize::from(levels)];
-            self.stats.list_bytes += draws.update(&self.gpu, list, &self.assets.meshes, levels)?;
-            let draws = &self.own.draws[usize::from(levels)];
-            state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
-            state.fit_outputs(&self.gpu.device, plan.size());
-            let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.is_shaded());
-            let shown = shown.map(|cells| (cells, frame.open_portals));
-            state.fit_cells(&self.gpu, &self.pipelines.frame_layout, shown);
-            state.prepare_lists(&self.gpu, &self.culling, draws, plan, (cells, few.as_ref()))?;
-            state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.own.tables);
-        }
-        Ok(())
-    }
-
-    /// What is culled on the CPU: what views show alone, or all, if that is little and no walls hide it.
-    fn few_objects(&self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Option<FewObjects> {
-        let shown_alone: Vec<&SlotSet> = views.iter().filter_map(|(state, _)| state.only.as_deref()).collect();
-        if !shown_alone.is_empty() {
-            let is_among = |slot| shown_alone.iter().any(|only| only.has(slot));
-            return Some(FewObjects::among(frame, &self.assets.meshes, is_among));
-        }
-        let has_cells = frame.cells.is_some_and(|cells| !cells.is_empty());
-        let counts_few = !has_cells && views.iter().any(|(_, plan)| plan.settings.few_on_cpu);
-        counts_few.then(|| FewObjects::of(frame, &self.assets.meshes)).flatten()
-    }
-
-    /// Meshes, maps and tables.
-    fn upload(&mut self, frame: &mut FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Result<(), RenderError> {
-        self.assets.begin(frame);
-        self.stats.asset_bytes = self.assets.meshes.upload(&self.gpu, frame.library)?;
-        self.stats.asset_bytes += self.assets.textures.upload(&self.gpu, frame.list, frame.library)?;
-        let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();
-        self.assets.note(frame);
-        self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.stats)?;
-        let textures = self.assets.textures.version();
-        let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
-        self.stats.list_bytes +=
-            self.own.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.assets.meshes, textures)?;
-        Ok(())
-    }
-
-    /// Gives layers to the lights that have a shadow map in some view.
-    fn choose_shadows(&mut self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) {
-        let casting = frame.shadows.map_or(0, |scene| scene.lights().lights().len() as u32);
-        let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
-        if shadowed.is_empty() {
-            // Views that shade nothing do not tell whether others read them.
-            if views.iter().any(|(_, plan)| plan.settings.outputs.is_shaded()) {
-                self.own.shadow_maps = ShadowMaps::new();
-            }
-            return;
-        }
-        let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
-        let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
-        let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
-        let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
-        self.own.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
-    }
-
-    /// The records of the layers that a view reads.
-    fn shadow_records(&self, state: &ViewState, plan: &ViewPlan, frame: &FrameData<'_>) -> Vec<[u32; 4]> {
-        let shadowed = state.shadowed(plan).zip(frame.shadows);
-        shadowed.map_or_else(Vec::new, |(view, scene)| self.own.shadow_maps.records(&view, &scene, frame.list))
-    }
-
-    /// Whether a view is one of those that were prepared last.
-    fn is_prepared(&self, view: &ViewState) -> bool {
-        view.is_of(self.own.epoch, self.prepared)
-    }
-
-    /// The draws that a view draws.
-    fn draws_of(&self, view: &ViewState) -> &IndirectDraws {
-        &self.own.draws[usize::from(view.levels)]
-    }
-
-    /// Finds what blended objects are drawn with, if they changed.
-    fn note_blended(&mut self, list: &DrawList) {
-        let (version, keys) = &mut self.own.blended_keys;
-        if *version != Some(list.transparent_version) {
-            *version = Some(list.transparent_version);
-            *keys = list.transparent.iter().map(|object| object.key).collect();
-            keys.dedup();
-            keys.sort_unstable();
-            keys.dedup();
-        }
-    }
-
-    /// What the opaque objects that a view draws are drawn with.
-    fn opaque_keys(&self, view: &ViewState) -> impl Iterator<Item = BatchKey> + Clone {
-        self.draws_of(view).list.iter().map(|draw| draw.key)
-    }
-
-    /// Begins to make the pipelines that views need for these opaque objects and the blended ones.
-    fn start_pipelines<'a>(
-        &self,
-        views: impl Iterator<Item = &'a ViewState>,
-        opaque: impl Iterator<Item = BatchKey> + Clone,
-    ) -> Option<MissingPipelines> {
-        let mut kinds = Vec::new();
-        for view in views {
-            for (pass, draws_opaque) in view.passes() {
-                let opaque = opaque.clone().filter(|_| draws_opaque);
-                let keys = opaque.chain(self.own.blended_keys.1.iter().copied());
-                let mut keys: Vec<_> = keys.map(|key| view.pipeline_of(pass, key)).collect();
-                keys.dedup();
-                for key in keys {
-                    kinds.push((pass, key));
-                    if key.technique == Technique::EmbossMultipass {
-                        kinds.extend(view.emboss_passes().map(|pass| (pass, key)));
-                    }
-                }
-            }
-        }
-        self.pipelines.start_objects(&self.gpu.device, kinds.into_iter())
-    }
-}
+pub use culling::cull::CullRecord;
+pub use culling::indirect_draws::{CullBatchRecord, CullDrawRecord};
+pub use culling::slot_set::SlotSet;
+pub use culling::visible_counts::VisibleCounts;
+pub use frame::many_worlds::{Lend, ReadFrame};
+pub use frame::renderer::Renderer;
+pub use frame::single_view::SingleView;
+pub use frame::view_batches::ViewBatches;
+pub use gpu::cpu_rasterizer::keep_freed_memory;
+pub use gpu::device::{Gpu, instance_flags};
+pub use gpu::error::{GpuError, RenderError};
+pub use gpu::faults::Faults;
+pub use gpu::formats::PICTURE_FORMAT;
+pub use gpu::readback::{picture_texture, read_texture};
+pub use gpu::shaders;
+pub use gpu::timestamps::PassTime;
+pub use passes::custom_passes::{PassPlace, PassTargets};
+pub use plan::output_set::OutputSet;
+pub use plan::settings::{DebugView, HeatScale, Occlusion, Settings};
+pub use plan::view_plan::ViewPlan;
+pub use resources::stats::{HeldBytes, RenderStats, ShadowStats};
+pub use shadows::shadow_layers::ShadowFaceRecord;
+pub use shadows::traced::{TracedRow, TracedShadows};
+pub use views::outputs::{Outputs, Picked};
+pub use views::view_state::ViewState;
+pub use views::view_target::ViewTarget;

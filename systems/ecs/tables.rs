@@ -1,5 +1,5 @@
 //! Tables of records that shaders read, and what of them changed since the frame before: a bit per slot, read out as
-//! few ranges. The renderer's copies are in `src/renderer/tables.rs`.
+//! few ranges. The renderer's copies are in `src/renderer/resources/tables.rs`.
 
 use bytemuck::Pod;
 use std::ops::Range;

@@ -1,0 +1,265 @@
+//! Many views in one submission: views of one size are layers of shared textures, and come back through one buffer.
+//!
+//! ```text
+//! prepare          uploads, lists, and a layer for each view
+//! encode_scene     a pass per view, each into its own layer, from its corner (0, 0)
+//! tone map         one pass for all layers, into one tall picture; a view with several samples per pixel has its own
+//! copies           one per output, of all layers
+//! submit, map      once
+//! ```
+//!
+//! Layers, not parts of one large texture with a viewport each: where a view lies in a texture changes how window
+//! coordinates and planes round. In layers a view's bits are those that it has alone, whatever is drawn beside it.
+
+use super::batch_encoder::BatchEncoder;
+use super::objects::Encoded;
+use super::renderer::Renderer;
+use crate::renderer::culling::slot_set::SlotSet;
+use crate::renderer::gpu::device::Gpu;
+use crate::renderer::gpu::error::RenderError;
+use crate::renderer::gpu::formats::PICTURE_FORMAT;
+use crate::renderer::gpu::readback::{Readback, Source};
+use crate::renderer::gpu::texture::layer_view;
+use crate::renderer::passes::attachments::color_attachment;
+use crate::renderer::passes::pipelines::{Pipelines, ToneMapSource};
+use crate::renderer::plan::output_set::OutputSet;
+use crate::renderer::plan::view_plan::ViewPlan;
+use crate::renderer::shadows::shadow_maps::views_with_room;
+use crate::renderer::views::layers::{BatchKey, LayerTextures};
+use crate::renderer::views::outputs::Outputs;
+use crate::renderer::views::view_state::ViewState;
+use std::sync::Arc;
+use systems::draw::FrameData;
+
+/// Calls of [`Renderer::draw_views`] for which a batch without a view is kept: sensors may be due seldom.
+const KEPT_FOR: u32 = 120;
+
+/// What [`Renderer::draw_views`] keeps from frame to frame: the states of views, in batches of one size and one set of
+/// outputs, and the textures that they share.
+#[derive(Debug, Default)]
+pub struct ViewBatches {
+    batches: Vec<Batch>,
+    readback: Readback,
+}
+
+#[derive(Debug)]
+struct Batch {
+    key: BatchKey,
+    states: Vec<ViewState>,
+    textures: Option<LayerTextures>,
+    /// Calls since it had a view.
+    unused_for: u32,
+}
+
+impl ViewBatches {
+    /// Before the first batch of a frame.
+    pub(super) fn begin(&mut self) {
+        self.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+    }
+
+    /// After the last one: what has had no view for long gives its memory back.
+    pub(super) fn end(&mut self) {
+        self.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+    }
+
+    /// The batch of a kind, which is made where there is none.
+    fn batch(&mut self, key: BatchKey) -> &mut Batch {
+        let found = self.batches.iter().position(|batch| batch.key == key);
+        let index = found.unwrap_or_else(|| {
+            self.batches.push(Batch { key, states: Vec::new(), textures: None, unused_for: 0 });
+            self.batches.len() - 1
+        });
+        let batch = &mut self.batches[index];
+        batch.unused_for = 0;
+        batch
+    }
+}
+
+impl Batch {
+    /// Has states and layers for so many views.
+    fn fit(&mut self, gpu: &Gpu, pipelines: &Pipelines, views: usize) -> Result<(), RenderError> {
+        if self.states.len() < views {
+            self.states.resize_with(views, || ViewState::new(gpu));
+            self.textures = None;
+        }
+        if self.textures.is_none() {
+            let textures = LayerTextures::new(gpu, pipelines, self.key, self.states.len() as u32)?;
+            for (index, state) in (0..).zip(&mut self.states) {
+                state.set_layer(textures.layer(self.key, index));
+            }
+            self.textures = Some(textures);
+        }
+        Ok(())
+    }
+}
+
+impl Renderer {
+    /// Draws views of a frame and reads back what their settings ask for, in the order of the plans. Views that agree
+    /// in size, samples and outputs are drawn together, with one wait for the GPU. What a view shows does not depend on
+    /// the others, to the bit. Views are told apart by their place among those alike: keep their order from frame to
+    /// frame.
+    ///
+    /// Prepares the views itself: those of an earlier [`Self::prepare`] have to be prepared again.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_views(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        plans: &[ViewPlan],
+    ) -> Result<Vec<Outputs>, RenderError> {
+        self.draw_alone(frame, batches, (plans, &[]))
+    }
+
+    /// [`Self::draw_views`] of some objects alone, as if nothing were in front of them: of each plan those in a set of
+    /// slots; of plans beyond the sets, all. Where an object is seen in both, its bits are the same. Colours of the
+    /// rest's shadows are not.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_alone(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        (plans, only): (&[ViewPlan], &[Arc<SlotSet>]),
+    ) -> Result<Vec<Outputs>, RenderError> {
+        batches.begin();
+        let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
+        let mut open: Vec<usize> = (0..plans.len()).collect();
+        while let Some(&first) = open.first() {
+            let key = BatchKey::of(&plans[first]);
+            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|&&i| BatchKey::of(&plans[i]) == key);
+            open = others;
+            let mut rest = &alike[..];
+            while !rest.is_empty() {
+                let most = rest.len().min(key.most_views(&self.gpu));
+                let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
+                let (now, later) = rest.split_at(views_with_room(frame, &asked));
+                rest = later;
+                let mut views = Some(now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect());
+                let drawn = self.draw_batch(batches, (key, now.len()), &mut |batch| {
+                    batch.encode(frame, views.take().unwrap_or_default())
+                })?;
+                now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
+            }
+        }
+        batches.end();
+        self.gpu.check()?;
+        Ok(results.into_iter().flatten().collect())
+    }
+
+    /// Draws so many views of a kind, which `encode` encodes, and reads them back.
+    pub(super) fn draw_batch(
+        &mut self,
+        batches: &mut ViewBatches,
+        (key, count): (BatchKey, usize),
+        encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
+    ) -> Result<Vec<Outputs>, RenderError> {
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        if key.size.0.max(key.size.1) > limit {
+            let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
+            return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
+        }
+        batches.batch(key).fit(&self.gpu, &self.pipelines, count)?;
+        let ViewBatches { batches, readback } = batches;
+        let Some(Batch { states, textures: Some(textures), .. }) = batches.iter_mut().find(|batch| batch.key == key)
+        else {
+            return Ok(Vec::new());
+        };
+        let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
+        let encoder = self.gpu.device.create_command_encoder(&label);
+        let pictures: Vec<_> = (0..if key.samples == 1 { 1 } else { count as u32 })
+            .map(|index| layer_view(&textures.picture, "picture", index))
+            .collect();
+        let states = &mut states[..count];
+        let (renderer, encoded) = (&mut *self, Encoded::default());
+        let mut batch =
+            BatchEncoder { renderer, key, states: &mut *states, pictures: &pictures, encoder, encoded, next: 0 };
+        encode(&mut batch)?;
+        let BatchEncoder { mut encoder, encoded, .. } = batch;
+        (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
+        if key.samples == 1 && key.outputs.color {
+            self.encode_tone_map_of_layers(&mut encoder, (textures, key, count as u32), &pictures[0], states);
+        }
+        self.finish_timestamps(&mut encoder);
+        Ok(self.read_batch(readback, encoder, (textures, key), states))
+    }
+
+    /// Submits a batch and reads what its views have drawn.
+    fn read_batch(
+        &self,
+        readback: &mut Readback,
+        mut encoder: wgpu::CommandEncoder,
+        (textures, key): (&LayerTextures, BatchKey),
+        states: &[ViewState],
+    ) -> Vec<Outputs> {
+        let count = states.len();
+        let resolved: Vec<_> = states
+            .iter()
+            .filter(|_| key.outputs.linear && key.samples > 1)
+            .filter_map(|state| state.targets.as_ref())
+            .map(|targets| targets.hdr.resolved(&self.gpu.device, &mut encoder))
+            .collect();
+        let layers =
+            |texture: &wgpu::Texture| Source { texture: texture.clone(), size: key.size, layers: count as u32 };
+        let mut sources = Vec::new();
+        // Where the first source of an output is among them all.
+        let mut add = |made: Vec<Source>| {
+            let first = sources.len();
+            sources.extend(made);
+            first
+        };
+        let linear = if key.samples == 1 {
+            vec![layers(&textures.hdr.texture)]
+        } else {
+            resolved.iter().map(|texture| Source { texture: texture.clone(), size: key.size, layers: 1 }).collect()
+        };
+        let OutputSet { color, linear: is_linear, depth, .. } = key.outputs;
+        let color = color.then(|| add(vec![layers(&textures.picture)]));
+        let linear = is_linear.then(|| add(linear));
+        let depth = depth.then(|| add(vec![layers(&textures.depth)]));
+        let normal = textures.normal.as_ref().map(|texture| add(vec![layers(texture)]));
+        let id = textures.id.as_ref().map(|texture| add(vec![layers(texture)]));
+        readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+            let texels = |source: Option<usize>, layer: usize| {
+                source.map_or_else(Vec::new, |source| packed[source].layer(layer as u32))
+            };
+            let (width, height) = key.size;
+            let outputs = |view: usize| Outputs {
+                width,
+                height,
+                picture: color.and_then(|_| image::RgbaImage::from_raw(width, height, texels(color, view))),
+                linear: if key.samples == 1 { texels(linear, view) } else { texels(linear.map(|of| of + view), 0) },
+                normal: texels(normal, view),
+                id: texels(id, view),
+                depth: texels(depth, view),
+                view_from_clip: states[view].view_from_clip,
+            };
+            (0..count).map(outputs).collect()
+        })
+    }
+
+    /// From the linear colours of all layers to their pictures.
+    fn encode_tone_map_of_layers(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (textures, key, count): (&LayerTextures, BatchKey, u32),
+        target: &wgpu::TextureView,
+        states: &[ViewState],
+    ) {
+        // It is that of all: a batch has either none or that of its world.
+        let Some(tone_map) = states.first().map(|state| state.tone_map) else { return };
+        let pipeline = self.pipelines.tone_map(&self.gpu.device, PICTURE_FORMAT, tone_map, ToneMapSource::Layers);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("tone map"),
+            color_attachments: &[Some(color_attachment(target))],
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("tone map")),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_scissor_rect(0, 0, key.size.0, key.size.1 * count);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &textures.hdr.source, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}

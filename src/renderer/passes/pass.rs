@@ -1,0 +1,160 @@
+//! The passes over a scene: what each writes, and by which entry points of the forward shader.
+
+use super::emboss::EmbossPass;
+use crate::renderer::gpu::formats::{HDR_FORMAT, ID_FORMAT, NORMAL_FORMAT};
+use crate::renderer::plan::output_set::OutputSet;
+use crate::renderer::plan::settings::DebugView;
+use systems::assets::{AlphaMode, Shading, Technique};
+use systems::draw::{LightFeatures, PipelineKey};
+
+/// What the forward pass writes.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Pass {
+    /// Colour.
+    Color {
+        lights: LightFeatures,
+        debug: DebugView,
+        samples: u32,
+        specular_aa: bool,
+        shadows: Shadows,
+        /// What is written beside the colour.
+        beside: Attached,
+    },
+    /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
+    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32, shadows: Shadows },
+    /// Outputs without colour.
+    Outputs(Attached),
+}
+
+/// What says how much of a light a pixel sees.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub(crate) enum Shadows {
+    /// All of it.
+    #[default]
+    None,
+    /// Shadow maps.
+    Maps,
+    /// Rays.
+    Traced,
+}
+
+/// The outputs that are attachments of a pass. Depth always is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub(crate) struct Attached {
+    pub normal: bool,
+    pub id: bool,
+}
+
+impl Attached {
+    /// Those of some outputs.
+    pub fn of(outputs: OutputSet) -> Self {
+        Self { normal: outputs.normal, id: outputs.id }
+    }
+
+    pub fn any(self) -> bool {
+        self.normal || self.id
+    }
+
+    /// Their targets in the order of the shader's structs.
+    fn targets(self, write_mask: wgpu::ColorWrites) -> [Option<wgpu::ColorTargetState>; 2] {
+        let target = |format| wgpu::ColorTargetState { format, blend: None, write_mask };
+        [self.normal.then_some(target(NORMAL_FORMAT)), self.id.then_some(target(ID_FORMAT))]
+    }
+
+    /// The targets of a pass that writes colour: it, and these beside it.
+    pub fn targets_beside(
+        self,
+        color: wgpu::ColorTargetState,
+        write_mask: wgpu::ColorWrites,
+    ) -> Vec<Option<wgpu::ColorTargetState>> {
+        let beside = if self.any() { self.targets(write_mask).to_vec() } else { Vec::new() };
+        std::iter::once(Some(color)).chain(beside).collect()
+    }
+}
+
+impl Pass {
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
+            Self::Outputs(_) => 1,
+        }
+    }
+
+    /// What its lights are shadowed by.
+    pub fn shadows(self) -> Shadows {
+        match self {
+            Self::Color { shadows, .. } | Self::Emboss { shadows, .. } => shadows,
+            Self::Outputs(_) => Shadows::None,
+        }
+    }
+
+    /// The technique that objects of a technique are drawn with in this pass.
+    pub fn technique(self, technique: Technique, alpha: AlphaMode, shading: Shading) -> Technique {
+        // Passes add up over what is opaque.
+        let passes = match self {
+            Self::Color { debug, .. } => debug == DebugView::Off,
+            Self::Emboss { .. } => true,
+            Self::Outputs(_) => false,
+        };
+        match technique {
+            Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend || shading == Shading::Unlit => {
+                Technique::Emboss
+            }
+            other => other,
+        }
+    }
+
+    /// The entry points of the forward shader.
+    pub fn entry_points(self, key: PipelineKey) -> (&'static str, &'static str) {
+        let technique = key.technique;
+        match self {
+            Self::Emboss { .. } => ("vs_main", "fs_emboss"),
+            Self::Outputs(_) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
+            Self::Outputs(_) => ("vs_main", "fs_outputs"),
+            Self::Color { .. } => match (technique, self.writes_outputs(key)) {
+                (technique, false) if technique.writes_depth() => ("vs_main", "fs_z_correct"),
+                (technique, true) if technique.writes_depth() => ("vs_main", "fs_z_correct_with_outputs"),
+                (Technique::Dot3, false) => ("vs_dot3", "fs_dot3"),
+                (Technique::Dot3, true) => ("vs_dot3", "fs_dot3_with_outputs"),
+                (_, false) => ("vs_main", "fs_main"),
+                (_, true) => ("vs_main", "fs_main_with_outputs"),
+            },
+        }
+    }
+
+    /// Whether objects write outputs beside their colour. Blended ones do so afterwards: they hide by other rules than
+    /// they blend by.
+    fn writes_outputs(self, key: PipelineKey) -> bool {
+        matches!(self, Self::Color { beside, .. } if beside.any()) && key.alpha != AlphaMode::Blend
+    }
+
+    /// What it writes into.
+    pub fn targets(self, key: PipelineKey) -> Vec<Option<wgpu::ColorTargetState>> {
+        let (all, none) = (wgpu::ColorWrites::ALL, wgpu::ColorWrites::empty());
+        match self {
+            Self::Outputs(attached) => attached.targets(all).to_vec(),
+            Self::Emboss { pass, .. } => vec![Some(pass.target())],
+            Self::Color { beside, .. } => {
+                let blend = (key.alpha == AlphaMode::Blend).then_some(wgpu::BlendState::ALPHA_BLENDING);
+                let color = wgpu::ColorTargetState { format: HDR_FORMAT, blend, write_mask: all };
+                beside.targets_beside(color, if self.writes_outputs(key) { all } else { none })
+            }
+        }
+    }
+
+    /// The sky that is drawn in a colour pass; in others it has no meaning.
+    pub fn sky(self) -> SkyKey {
+        let beside = match self {
+            Self::Color { beside, .. } => beside,
+            Self::Emboss { .. } | Self::Outputs(_) => Attached::default(),
+        };
+        SkyKey { samples: self.samples(), beside }
+    }
+}
+
+/// What the sky's pipeline depends on: that of a pass of objects.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) struct SkyKey {
+    pub samples: u32,
+    pub beside: Attached,
+}

@@ -1,0 +1,13 @@
+//! Shadows: which lights have layers of the shadow maps, what casts into these, when they are drawn; and shadows that
+//! rays found. May use `plan`, `gpu`, `resources` and `passes`.
+
+pub(crate) mod lamp_layers;
+pub(crate) mod layer_casters;
+pub(crate) mod layer_light;
+pub(crate) mod seen_shadows;
+pub(crate) mod shadow;
+pub(crate) mod shadow_layers;
+pub(crate) mod shadow_maps;
+pub(crate) mod shadow_pass;
+pub(crate) mod sun_levels;
+pub(crate) mod traced;
