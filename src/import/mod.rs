@@ -1,4 +1,4 @@
-//! Files into library items: images (`image.rs`) and glTF models (`gltf/`). What takes long to work out of them is kept
+//! Files into library items: images (`images/`) and glTF models (`gltf/`). What takes long to work out of them is kept
 //! ([`cache`]): images in blocks ([`compress`]), tangents and levels of meshes ([`meshes`]).
 //!
 //! Everything is checked here, strictly, so that a frame has nothing left to refuse. A fault that touches what we
@@ -7,84 +7,25 @@
 
 pub mod cache;
 pub mod compress;
-mod dds;
-mod exr;
+mod error;
+mod file;
 mod gltf;
-mod image;
+mod images;
 pub mod meshes;
 mod model;
-mod normal_map;
 pub mod progress;
 
-pub(crate) use gltf::read_file;
+pub use error::{ImportError, Warning};
+pub(crate) use file::read_file;
+pub use images::levels::ReadImage;
 pub(crate) use model::RoomPart;
 pub use model::{Model, NamedClass, Node, NodeLabels, RoomRole};
 
 use crate::problem::Problem;
 use bevy_tasks::ComputeTaskPool;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use systems::assets::{Image, ImageKind, Library};
 use systems::ecs::parallel::map_in_parallel;
-
-/// Why a file is refused.
-///
-/// `place` is where in the file: a JSON path like `meshes[0].primitives[1].attributes.POSITION`, a line, or a byte
-/// offset. `message` says what was expected there.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs)]
-pub enum ImportError {
-    /// The file, or one that it names, cannot be read.
-    #[error("{}: {place}: {message}", path.display())]
-    Unreadable { path: PathBuf, place: String, message: String },
-    /// The file breaks its format's rules in a way that touches what we read.
-    #[error("{}: {place}: {message}", path.display())]
-    Invalid { path: PathBuf, place: String, message: String },
-    /// The file may be sound, but needs something that Relief does not have.
-    #[error("{}: {place}: {message}", path.display())]
-    Unsupported { path: PathBuf, place: String, message: String },
-}
-
-/// Something about a file that a person should know, though it loads.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// The file.
-    pub path: PathBuf,
-    /// Where in it, as in [`ImportError`].
-    pub place: String,
-    /// What is the matter.
-    pub message: String,
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}: {}: {}", self.path.display(), self.place, self.message)
-    }
-}
-
-impl From<ImportError> for Problem {
-    fn from(error: ImportError) -> Self {
-        let (ImportError::Unreadable { path, place, message }
-        | ImportError::Invalid { path, place, message }
-        | ImportError::Unsupported { path, place, message }) = error;
-        Self { place, ..Self::error(&path, message) }
-    }
-}
-
-impl From<Warning> for Problem {
-    fn from(Warning { path, place, message }: Warning) -> Self {
-        Self { place, ..Self::warning(&path, message) }
-    }
-}
-
-/// An image, and what a person should know of it: phrases about it, such as "is grey: expected a normal map".
-#[derive(Clone, Debug)]
-pub struct ReadImage {
-    /// With its mip levels.
-    pub image: Image,
-    /// What is hardly as meant, or was corrected.
-    pub notes: Vec<String>,
-}
 
 /// Reads an image file with its mip levels.
 pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
@@ -93,12 +34,12 @@ pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
 
 /// As [`load_image`], with what a person should know of the image.
 pub fn read_image(path: &Path, kind: ImageKind) -> Result<ReadImage, ImportError> {
-    image::load(path, kind)
+    images::load(path, kind)
 }
 
 /// The pixels of an image file as they are stored.
-pub fn load_pixels(path: &Path) -> Result<::image::DynamicImage, ImportError> {
-    image::pixels(path)
+pub fn load_pixels(path: &Path) -> Result<image::DynamicImage, ImportError> {
+    images::pixels(path)
 }
 
 /// Reads image files in parallel; the results are in the order of the requests.
@@ -106,7 +47,7 @@ pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<ReadImage, I
     systems::set_threads(None);
     progress::expect(requests.len());
     map_in_parallel(requests.iter(), |(path, kind)| {
-        let image = image::load(path, *kind);
+        let image = images::load(path, *kind);
         progress::done(1);
         image
     })

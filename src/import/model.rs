@@ -1,6 +1,6 @@
 //! A model as its file describes it, and the entities it becomes.
 
-use super::Warning;
+use super::error::Warning;
 use crate::name;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;

@@ -1,8 +1,16 @@
 //! Keeps `docs/scenes.md` true: its examples parse, its tables have every field and the right defaults. And the lists
 //! of names in other documents.
 
-use super::vehicle_types::format as vehicles;
-use super::{format, lenses, lights, motion_sensors, parse, sensors, values};
+use super::format::cells::{Cell, Door, Portal};
+use super::format::entities::{Camera, Entity, Spin, Transform};
+use super::format::generators::{Generator, Grid, Place, Scatter};
+use super::format::lights::Light;
+use super::format::roads::{Along, Limit, Route, Signal, SignalHead, Stop, Traffic, Vehicle};
+use super::format::scene::{Clock, Environment, Scene};
+use super::format::surfaces::{Cube, Cylinder, MapSource, Material, MeshSource, Plane, Sampler, Sphere, Torus, Uv};
+use super::format::vehicle_types as vehicles;
+use super::format::{lenses, lights, motion_sensors, sensors, values};
+use super::text::parse::parse;
 use serde::de::DeserializeOwned;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
@@ -26,25 +34,25 @@ fn every_example_parses_as_what_it_says_it_is() {
                 return Ok(());
             }
             let parses = match info.strip_prefix("ron ").unwrap_or_default() {
-                "scene" => parse::<format::Scene>(text).map(drop),
-                "environment" => parse::<format::Environment>(text).map(drop),
-                "clock" => parse::<format::Clock>(text).map(drop),
-                "material" => parse::<format::Material>(text).map(drop),
-                "map" => parse::<values::MapSource>(text).map(drop),
-                "uv" => parse::<format::Uv>(text).map(drop),
-                "sampler" => parse::<format::Sampler>(text).map(drop),
-                "mesh" => parse::<format::MeshSource>(text).map(drop),
-                "entity" => parse::<format::Entity>(text).map(drop),
-                "transform" => parse::<format::Transform>(text).map(drop),
-                "rig" => parse::<Vec<format::Entity>>(text).map(drop),
-                "light" => parse::<format::Light>(text).map(drop),
-                "camera" => parse::<format::Camera>(text).map(drop),
-                "spin" => parse::<format::Spin>(text).map(drop),
-                "generator" => parse::<format::Generator>(text).map(drop),
-                "place" => parse::<format::Place>(text).map(drop),
-                "route" => parse::<format::Route>(text).map(drop),
-                "signal" => parse::<format::Signal>(text).map(drop),
-                "vehicle" => parse::<format::Vehicle>(text).map(drop),
+                "scene" => parse::<Scene>(text).map(drop),
+                "environment" => parse::<Environment>(text).map(drop),
+                "clock" => parse::<Clock>(text).map(drop),
+                "material" => parse::<Material>(text).map(drop),
+                "map" => parse::<MapSource>(text).map(drop),
+                "uv" => parse::<Uv>(text).map(drop),
+                "sampler" => parse::<Sampler>(text).map(drop),
+                "mesh" => parse::<MeshSource>(text).map(drop),
+                "entity" => parse::<Entity>(text).map(drop),
+                "transform" => parse::<Transform>(text).map(drop),
+                "rig" => parse::<Vec<Entity>>(text).map(drop),
+                "light" => parse::<Light>(text).map(drop),
+                "camera" => parse::<Camera>(text).map(drop),
+                "spin" => parse::<Spin>(text).map(drop),
+                "generator" => parse::<Generator>(text).map(drop),
+                "place" => parse::<Place>(text).map(drop),
+                "route" => parse::<Route>(text).map(drop),
+                "signal" => parse::<Signal>(text).map(drop),
+                "vehicle" => parse::<Vehicle>(text).map(drop),
                 "vehicle type" => parse::<vehicles::VehicleType>(text).map(drop),
                 _ => return Err(format!("what is a block of {info:?}?")),
             };
@@ -71,21 +79,23 @@ fn table(heading: &str) -> Vec<(&'static str, &'static str)> {
 
 #[test]
 fn every_field_has_its_row() {
-    let maps = include_str!("values.rs").replace("struct MapFields", "pub struct Map");
+    let surfaces = include_str!("format/surfaces.rs").replace("struct MapFields", "pub struct Map");
     // Its first struct is what a scene says of a physical vehicle.
     let physical =
         include_str!("../../systems/physics/physical.rs").split("pub struct Tuning").next().unwrap_or_default();
-    let types = include_str!("vehicle_types/format.rs");
+    let types = include_str!("format/vehicle_types.rs");
     let own = [
-        include_str!("format.rs"),
-        include_str!("lenses.rs"),
-        include_str!("lights.rs"),
-        include_str!("sensors.rs"),
-        include_str!("motion_sensors.rs"),
-        include_str!("surfaces.rs"),
-        include_str!("roads.rs"),
+        include_str!("format/scene.rs"),
+        include_str!("format/cells.rs"),
+        include_str!("format/entities.rs"),
+        include_str!("format/generators.rs"),
+        include_str!("format/lenses.rs"),
+        include_str!("format/lights.rs"),
+        include_str!("format/sensors.rs"),
+        include_str!("format/motion_sensors.rs"),
+        include_str!("format/roads.rs"),
     ];
-    let sources = own.into_iter().chain([&*maps, types, physical]);
+    let sources = own.into_iter().chain([&*surfaces, types, physical]);
     let mut checked = 0;
     for source in sources {
         let structs = source.split("\npub struct ").skip(1).filter(|s| s.contains("\n}"));
@@ -129,22 +139,22 @@ fn assert_defaults<T: DeserializeOwned + Debug>(heading: &str, required: &str) {
 
 #[test]
 fn documented_defaults_are_the_defaults() {
-    assert_defaults::<format::Scene>("scene", "");
-    assert_defaults::<format::Environment>("environment", "");
-    assert_defaults::<format::Clock>("clock", "");
-    assert_defaults::<format::Material>("material", "");
-    assert_defaults::<format::Uv>("uv", "");
-    assert_defaults::<format::Plane>("plane", "");
-    assert_defaults::<format::Cube>("cube", "");
-    assert_defaults::<format::Sphere>("sphere", "");
-    assert_defaults::<format::Torus>("torus", "");
-    assert_defaults::<format::Cylinder>("cylinder", "");
-    assert_defaults::<format::Entity>("entity", "");
-    assert_defaults::<format::Transform>("transform", "");
+    assert_defaults::<Scene>("scene", "");
+    assert_defaults::<Environment>("environment", "");
+    assert_defaults::<Clock>("clock", "");
+    assert_defaults::<Material>("material", "");
+    assert_defaults::<Uv>("uv", "");
+    assert_defaults::<Plane>("plane", "");
+    assert_defaults::<Cube>("cube", "");
+    assert_defaults::<Sphere>("sphere", "");
+    assert_defaults::<Torus>("torus", "");
+    assert_defaults::<Cylinder>("cylinder", "");
+    assert_defaults::<Entity>("entity", "");
+    assert_defaults::<Transform>("transform", "");
     assert_defaults::<lights::PointLight>("pointlight", "");
     assert_defaults::<lights::SpotLight>("spotlight", "");
     assert_defaults::<lights::DirectionalLight>("directionallight", "");
-    assert_defaults::<format::Camera>("camera", "");
+    assert_defaults::<Camera>("camera", "");
     assert_defaults::<sensors::CameraSensor>("camerasensor", "");
     assert_defaults::<lenses::BrownConrady>("brownconrady", "fx: 1, fy: 1, cx: 0, cy: 0,");
     assert_defaults::<lenses::KannalaBrandt>("kannalabrandt", "fx: 1, fy: 1, cx: 0, cy: 0,");
@@ -156,18 +166,18 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<motion_sensors::LaneSensor>("lanesensor", "");
     assert_defaults::<motion_sensors::GeoOrigin>("geoorigin", "latitude_degrees: 1, longitude_degrees: 2,");
     assert_defaults::<sensors::Class>("class", "id: 1,");
-    assert_defaults::<format::Spin>("spin", "");
-    assert_defaults::<format::Route>("route", "points: [(0, 0, 0), (1, 0, 0)],");
-    assert_defaults::<format::Limit>("limit", "from: 0, kmh: 30,");
-    assert_defaults::<format::Stop>("stop", "at: 1,");
-    assert_defaults::<format::Signal>("signal", "green_seconds: [9],");
-    assert_defaults::<format::SignalHead>("signalhead", "signal: \"x\",");
-    assert_defaults::<format::Traffic>("traffic", "");
-    assert_defaults::<format::Cell>("cell", "");
-    assert_defaults::<format::Portal>("portal", "between: (\"a\", \"outside\"), polygon: [],");
-    assert_defaults::<format::Door>("door", "");
-    assert_defaults::<format::Along>("along", "spacing: 1,");
-    assert_defaults::<format::Vehicle>("vehicle", "type: \"car\",");
+    assert_defaults::<Spin>("spin", "");
+    assert_defaults::<Route>("route", "points: [(0, 0, 0), (1, 0, 0)],");
+    assert_defaults::<Limit>("limit", "from: 0, kmh: 30,");
+    assert_defaults::<Stop>("stop", "at: 1,");
+    assert_defaults::<Signal>("signal", "green_seconds: [9],");
+    assert_defaults::<SignalHead>("signalhead", "signal: \"x\",");
+    assert_defaults::<Traffic>("traffic", "");
+    assert_defaults::<Cell>("cell", "");
+    assert_defaults::<Portal>("portal", "between: (\"a\", \"outside\"), polygon: [],");
+    assert_defaults::<Door>("door", "");
+    assert_defaults::<Along>("along", "spacing: 1,");
+    assert_defaults::<Vehicle>("vehicle", "type: \"car\",");
     assert_defaults::<systems::physics::Physical>("physical", "");
     assert_defaults::<vehicles::VehicleTypes>("vehicletypes", "");
     assert_defaults::<vehicles::VehicleType>("vehicletype", "model: \"car.glb\",");
@@ -175,19 +185,19 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<vehicles::Driver>("driver", "");
     assert_defaults::<vehicles::Wheels>("wheels", "nodes: [],");
     assert_defaults::<vehicles::Lamps>("lamps", "nodes: [], kind: head,");
-    assert_defaults::<format::Generator>("generator", "place: grid(counts: (1, 1, 1)),");
-    assert_defaults::<format::Grid>("grid", "counts: (1, 1, 1),");
-    assert_defaults::<format::Scatter>("scatter", "count: 1, region: disc(center: (0, 0, 0), radius: 1),");
+    assert_defaults::<Generator>("generator", "place: grid(counts: (1, 1, 1)),");
+    assert_defaults::<Grid>("grid", "counts: (1, 1, 1),");
+    assert_defaults::<Scatter>("scatter", "count: 1, region: disc(center: (0, 0, 0), radius: 1),");
 }
 
 #[test]
 fn every_name_of_a_technique_and_a_tone_map_is_read() {
     for (name, technique) in systems::assets::Technique::ALL {
-        let material = parse::<format::Material>(&format!("(technique: {name})"));
+        let material = parse::<Material>(&format!("(technique: {name})"));
         assert_eq!(material.map(|material| material.technique).ok(), Some(technique), "{name}");
     }
     for (name, tone_map) in systems::draw::ToneMap::ALL {
-        let environment = parse::<format::Environment>(&format!("(tone_map: {name})"));
+        let environment = parse::<Environment>(&format!("(tone_map: {name})"));
         assert_eq!(environment.map(|environment| environment.tone_map).ok(), Some(tone_map), "{name}");
     }
 }
@@ -215,7 +225,7 @@ fn the_documents_list_every_name() {
 /// A build without vehicles reads routes, too, so that their defaults are written down twice.
 #[test]
 fn a_route_begins_with_the_defaults_of_a_plan() {
-    let route = parse::<format::Route>("(points: [])").expect("a route");
+    let route = parse::<Route>("(points: [])").expect("a route");
     let plan = systems::vehicles::routes::RoutePlan::default();
     assert_eq!((route.lanes, route.lane_width), (plan.lanes, plan.lane_width));
 }

@@ -3,8 +3,11 @@
 //! Worlds share its meshes and images: each has a clone of the template's [`Library`], whose items are copied where a
 //! world changes them, and no sooner.
 
-use super::custom_fields::SceneFields;
-use super::{Content, LoadedScene, Overrides, Prepared, SceneError, prepare};
+use super::error::SceneError;
+use super::prepare::prepare;
+use super::prepared::{Content, LoadedScene, Prepared};
+use super::read::custom_fields::SceneFields;
+use super::read::overrides::Overrides;
 use crate::import::cache::Cache;
 use crate::import::meshes::finish_meshes;
 use std::fmt;

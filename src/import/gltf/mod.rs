@@ -1,49 +1,48 @@
-//! glTF 2.0 into a [`Model`].
+//! glTF 2.0 into a [`Model`]. Folders are floors, each uses those above it:
 //!
-//! [`container`] yields the JSON, [`shape`] checks every property and reference in it against [`schema`], and [`typed`]
-//! turns it into the types of the gltf crate. [`document`] and [`accessors`] give bounds-checked access to the data; on
-//! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`labels`] are what sensors call
-//! nodes; [`rules`] are what nothing else depends on. All report to one
-//! [`report::Report`] and go on, so that loading and checking are the same reading.
-//! Nothing joins the library before the whole file has been found sound.
+//! ```text
+//! report      faults and warnings
+//! files/      the JSON and binary chunk of a file; files that it names
+//! document/   schema, and the document that fits it, with bounds-checked access to its data
+//! geometry/   meshes in their rest pose
+//! materials/  materials, textures, images
+//! nodes/      the hierarchy, what its nodes draw, and what sensors call them
+//! rules       what nothing else depends on
+//! ```
+//!
+//! All report to one [`report::Report`] and go on, so that loading and checking are the same reading. Nothing joins the
+//! library before the whole file has been found sound.
 //!
 //! Of the gltf crate the types and their links are used. Its validation is not: it stops at the first fault of a type
 //! without saying where, refuses files that the specification allows, and panics on an index out of range. Nor are its
 //! readers of buffers and chunks, which trust every offset.
 
-mod accessors;
-mod container;
 mod document;
-mod far;
+mod files;
 mod geometry;
-mod labels;
 mod materials;
-mod meshes;
 mod nodes;
-mod parts;
-mod pose;
 mod report;
 mod rules;
-mod schema;
-mod shape;
-mod textures;
-mod typed;
-mod uri;
 
-pub use uri::read_file;
-
-use super::{ImportError, Model, Node};
+use super::error::ImportError;
+use super::file::read_file;
+use super::model::{Model, Node};
 use crate::problem::Problem;
-use document::Document;
-use labels::Labels;
+use document::data::Document;
+use document::{shape, typed};
+use files::container;
+use files::uri::Place;
+use materials::material;
+use materials::textures::{self, Images};
+use nodes::labels::Labels;
+use nodes::{far, hierarchy, parts};
 use report::{Fault, Read, Report};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use systems::assets::{Image, ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
 use systems::sensors::Classes;
-use textures::Images;
-use uri::Place;
 
 /// A model whose ids count from 0, with the items that they stand for.
 pub struct Draft {
@@ -108,12 +107,12 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     }
     shape::leave_out(&mut root, &unfit);
     let animated = root["animations"].as_array().is_some_and(|animations| !animations.is_empty());
-    let rooms = nodes::rooms(&root, report);
+    let rooms = hierarchy::rooms(&root, report);
     let labels = Labels::read(&root);
     let document = Document::new(typed::document(root)?, Place::new(path, named_in), bin, file_bytes);
     rules::check(&document, report);
-    let mut hierarchy = nodes::read(&document, rooms, report)?;
-    let (roots, scene_name) = nodes::scene(&document, report);
+    let mut hierarchy = hierarchy::read(&document, rooms, report)?;
+    let (roots, scene_name) = hierarchy::scene(&document, report);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = scene_name.filter(|n| !n.is_empty()).map_or_else(|| stem.into_owned(), str::to_owned);
     let (meshes, used_materials) = parts::read(&document, &mut hierarchy, &roots, report);
@@ -123,8 +122,8 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     let materials = used_materials.iter().enumerate().map(|(number, id)| {
         let gltf = id.and_then(|id| document.gltf.materials().nth(id));
         let faded = faded.contains(&(number as u32));
-        let read = |gltf| materials::read(&document, &gltf, faded, &mut images, report);
-        gltf.map_or_else(materials::default_material, read)
+        let read = |gltf| material::read(&document, &gltf, faded, &mut images, report);
+        gltf.map_or_else(material::default_material, read)
     });
     let materials: Vec<Material> = materials.collect();
     let decoded = images.decode(&document, report);

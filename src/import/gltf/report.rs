@@ -1,6 +1,6 @@
 //! What is found wrong with a file while it is read.
 
-use crate::import::{ImportError, Warning};
+use crate::import::error::{ImportError, Warning};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

@@ -3,11 +3,11 @@
 //! What reading does depend on is checked where it is read. Here are also the faults of views and accessors that
 //! nothing may use.
 
-use super::accessors::Accessor;
-use super::document::{Document, id_of};
-use super::materials;
+use super::document::accessors::Accessor;
+use super::document::data::{Document, id_of};
+use super::files::uri;
+use super::materials::material;
 use super::report::Report;
-use super::uri;
 use gltf::buffer::Target;
 use gltf::json::validation::Checked;
 use gltf::mesh::Semantic;
@@ -123,7 +123,7 @@ fn attributes(document: &Document, primitive: &gltf::Primitive, place: &str, rep
     if joints != weights {
         report.warn(place, "expected as many sets of joints as of weights");
     }
-    for info in materials::textures(&primitive.material()) {
+    for info in material::textures(&primitive.material()) {
         let semantic = Semantic::TexCoords(info.uv_set);
         if primitive.get(&semantic).is_none() {
             report.warn(place, format!("its material needs {}", semantic.to_string()));

@@ -1,23 +1,58 @@
-//! Names that a reached_by may use and that several things have: it reaches the first of them only.
+//! Names that several cameras or vehicles have: views by such a name show the first of them only.
 
-use crate::scene::faults::{Fault, Trail};
-use crate::scene::format::{Entity, Scene};
-use crate::scene::places::Step;
+use crate::scene::format::entities::Entity;
+use crate::scene::format::scene::Scene;
+use crate::scene::text::faults::{Fault, Trail};
+use crate::scene::text::places::{self, Step};
 use std::collections::HashMap;
 
 /// Places of a name that are told. Each is found by reading the text once more.
 const PLACES_SHOWN: usize = 8;
+/// Names that several cameras or vehicles have, each of which is told.
+const SHARED_NAMES_SHOWN: usize = 8;
+
+/// A line for each name that several cameras or vehicles have; the rest is counted.
+pub fn warnings(scene: &Scene, text: &str) -> Vec<String> {
+    let shared = shared(scene);
+    let place = |fault: &Fault| {
+        let (line, column) = places::find(text, &fault.steps);
+        format!("{} (line {line}, column {column})", fault.place)
+    };
+    let tell = |name: &Shared| {
+        let mut places: Vec<String> = name.faults.iter().map(place).collect();
+        if name.more > 0 {
+            places.push(format!("{} more", name.more));
+        }
+        let message = name.faults.first().map_or("", |fault| &fault.message);
+        format!("{}: {message}", listed(&places))
+    };
+    let mut warnings: Vec<String> = shared.iter().take(SHARED_NAMES_SHOWN).map(tell).collect();
+    match shared.len().saturating_sub(SHARED_NAMES_SHOWN) {
+        0 => {}
+        1 => warnings.push("1 more name is shared by several cameras or vehicles".into()),
+        more => warnings.push(format!("{more} more names are shared by several cameras or vehicles")),
+    }
+    warnings
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(all: &[String]) -> String {
+    match all {
+        [before @ .., last] if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => all.concat(),
+    }
+}
 
 /// A name of several cameras, or of several vehicles.
-pub struct Shared {
+struct Shared {
     /// Where the second of them stands and those after it, up to a bound; and what is wrong.
-    pub faults: Vec<Fault>,
+    faults: Vec<Fault>,
     /// How many more there are.
-    pub more: usize,
+    more: usize,
 }
 
 /// Names of cameras, and of vehicles, that earlier ones have, in the order of the file; none of it is refused.
-pub fn shared(scene: &Scene) -> Vec<Shared> {
+fn shared(scene: &Scene) -> Vec<Shared> {
     let mut names = Names::default();
     names.entities(&Trail::default().field("entities"), &scene.entities);
     names.shared

@@ -1,19 +1,17 @@
-//! Routes, signals, and what refers to them.
+//! Routes, signals, and what refers to them. A build without vehicles has `no_roads.rs` instead.
 
-use super::{Check, SIZES};
-use crate::scene::faults::unknown;
-use crate::scene::format::{Along, Entity, Route, Shape, Signal, Stop, Vehicle};
-use crate::scene::places::Step;
-use glam::DVec3;
+use super::route_lengths::{LONGEST, MOST_POINTS, driven_length, straight_length};
+use super::walk::{Check, SIZES};
+use crate::scene::format::entities::Entity;
+use crate::scene::format::roads::{Along, Route, Signal, Stop, Vehicle};
+use crate::scene::text::faults::unknown;
+use crate::scene::text::places::Step;
 use std::fmt::Display;
 use systems::space::FARTHEST;
-use systems::vehicles::routes::RoutePlan;
-use systems::vehicles::{FASTEST, route_line};
+use systems::vehicles::FASTEST;
 
-/// Metres: longer routes are refused.
-const LONGEST: f64 = 1e5;
-/// Points of a route, groups of a signal, routes.
-const MOST: (usize, usize, usize) = (100_000, 64, 65_000);
+/// Groups of a signal, routes.
+const MOST: (usize, usize) = (64, 65_000);
 /// Metres that a place may be beyond the end of its route.
 const ROUNDING: f64 = 0.01;
 /// Of a route.
@@ -34,8 +32,8 @@ impl<'a> Check<'a> {
         let scene = self.scene;
         self.field("signals", |c| c.entries(&scene.signals, Self::signal));
         self.field("routes", |c| {
-            if scene.routes.entries().len() > MOST.2 {
-                c.fault(format_args!("expected at most {} routes", MOST.2));
+            if scene.routes.entries().len() > MOST.1 {
+                c.fault(format_args!("expected at most {} routes", MOST.1));
             }
             c.entries(&scene.routes, Self::route);
         });
@@ -43,9 +41,9 @@ impl<'a> Check<'a> {
 
     fn signal(&mut self, signal: &Signal) {
         let count = signal.green_seconds.len();
-        if count == 0 || count > MOST.1 {
+        if count == 0 || count > MOST.0 {
             self.field("green_seconds", |c| {
-                c.fault(format_args!("expected from 1 to {} groups, found {count}", MOST.1))
+                c.fault(format_args!("expected from 1 to {} groups, found {count}", MOST.0))
             });
         }
         self.numbers("green_seconds", &signal.green_seconds, 0.1, LONGEST_WAIT);
@@ -63,8 +61,8 @@ impl<'a> Check<'a> {
                     }
                 });
             }
-            if route.points.len() > MOST.0 {
-                c.fault(format_args!("expected at most {} points", MOST.0));
+            if route.points.len() > MOST_POINTS {
+                c.fault(format_args!("expected at most {} points", MOST_POINTS));
             }
             let first = route.points.first();
             if route.points.iter().all(|point| Some(point) == first) {
@@ -164,7 +162,7 @@ impl<'a> Check<'a> {
     }
 
     /// Types that a generator chooses from: types that are not known are warned of where they are spawned.
-    pub(in crate::scene) fn generated_vehicles(&mut self) {}
+    pub(super) fn generated_vehicles(&mut self) {}
 
     pub(super) fn vehicle(&mut self, entity: &Entity, vehicle: &Vehicle) {
         self.number("speed_kmh", vehicle.speed_kmh, 0.0, FASTEST_KMH);
@@ -204,28 +202,4 @@ impl<'a> Check<'a> {
         };
         routes.map(|(name, route)| copies(name, route)).sum()
     }
-}
-
-/// Of a route as it is driven, metres; `None` of one that is refused for its points.
-pub(super) fn driven_length(route: &Route) -> Option<f64> {
-    let is_far = |x: &f64| !(-FARTHEST..=FARTHEST).contains(x);
-    let is_one_place = route.points.iter().all(|point| Some(point) == route.points.first());
-    let is_refused = route.points.len() > MOST.0
-        || route.points.iter().flatten().any(is_far)
-        || is_one_place
-        || route.closed && route.points.len() < 3
-        || straight_length(route) > LONGEST;
-    if is_refused {
-        return None;
-    }
-    let points = route.points.iter().map(|&point| DVec3::from_array(point)).collect();
-    let spline = route.shape == Shape::Spline;
-    Some(route_line::length(&RoutePlan { points, spline, closed: route.closed, ..RoutePlan::default() }))
-}
-
-/// Of the lines between a route's points, metres.
-fn straight_length(route: &Route) -> f64 {
-    let points = route.points.iter().chain(route.points.first().filter(|_| route.closed));
-    let points: Vec<DVec3> = points.map(|&point| DVec3::from_array(point)).collect();
-    points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
 }

@@ -1,8 +1,11 @@
 //! Full names of sensors, by which outputs call them: no two of a scene have the same.
 
-use crate::scene::faults::{Fault, Trail};
-use crate::scene::format::{Entity, Generator, MeshSource, Place, Scene};
-use crate::scene::places::Step;
+use crate::scene::format::entities::Entity;
+use crate::scene::format::generators::{Generator, Place};
+use crate::scene::format::scene::Scene;
+use crate::scene::format::surfaces::MeshSource;
+use crate::scene::text::faults::{Fault, Trail};
+use crate::scene::text::places::Step;
 use std::collections::HashMap;
 
 /// A fault for each sensor whose full name an earlier one has, in the order of the file. What is attached to nodes of

@@ -1,8 +1,8 @@
 //! Materials and meshes.
 
-use super::{BRIGHTEST, Check, SIZES};
-use crate::scene::faults::unknown;
-use crate::scene::format::{Material, MeshSource, Sampler, Uv};
+use super::walk::{BRIGHTEST, Check, SIZES};
+use crate::scene::format::surfaces::{Material, MeshSource, Sampler, Uv};
+use crate::scene::text::faults::unknown;
 
 /// Segments of a procedural mesh in one direction.
 const MOST_SEGMENTS: u32 = 1024;

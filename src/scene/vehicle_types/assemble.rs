@@ -3,27 +3,20 @@
 //! The model's tree is flattened: what does not move is fixed to the vehicle, or to the moving part above it, by one
 //! transform, so that a vehicle has no entity without a purpose.
 
-use super::format::{Lamps, VehicleType as Source};
 use super::lamps::{self, Aim};
 use super::placed_model::PlacedModel;
+use super::roles::{Role, roles};
 use super::wheels::{self, Wheel};
 use crate::import::Model;
-use crate::scene::{lights, spawn};
+use crate::scene::format::entities::transform;
+use crate::scene::format::lights;
+use crate::scene::format::vehicle_types::VehicleType as Source;
 use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::HashMap;
 use systems::assets::{Library, Material, MaterialId};
 use systems::space::Transform;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::types::{self, Limits, VehicleType};
-
-/// What a node of the model is to the vehicle.
-#[derive(Default, Clone)]
-pub struct Role<'a> {
-    pub movement: Option<Movement>,
-    /// A wheel that the vehicle stands on.
-    pub carries: bool,
-    lamp: Option<&'a Lamps>,
-}
 
 /// A checked type, with its materials in the library. `warnings` are added to.
 pub fn assemble(
@@ -41,7 +34,7 @@ pub fn assemble(
         library,
         roles: roles(source, &named),
         placed: model.placed().into_iter().collect(),
-        vehicle_from_model: spawn::transform(&source.transform).compute_affine(),
+        vehicle_from_model: transform(&source.transform).compute_affine(),
         wheels: Vec::new(),
         parts: Vec::new(),
         aims: HashMap::new(),
@@ -72,40 +65,6 @@ pub fn assemble(
     }
     warnings.append(&mut builder.warnings);
     builder.finish()
-}
-
-fn roles<'a>(source: &'a Source, named: &impl Fn(&str) -> Option<usize>) -> HashMap<usize, Role<'a>> {
-    let mut roles: HashMap<usize, Role> = HashMap::new();
-    for wheels in &source.wheels {
-        let movement = Some(Movement::Wheel { radius: wheels.radius.unwrap_or(0.0), steers: wheels.steers });
-        for index in wheels.nodes.iter().filter_map(|node| named(node)) {
-            roles.insert(index, Role { movement, carries: true, lamp: None });
-        }
-    }
-    let mut moves = |node: &str, movement: Movement| {
-        if let Some(index) = named(node) {
-            roles.entry(index).or_default().movement = Some(movement);
-        }
-    };
-    for cranks in &source.cranks {
-        let movement = Movement::Wheel { radius: cranks.radius, steers: false };
-        cranks.nodes.iter().for_each(|node| moves(node, movement));
-    }
-    source.forks.iter().for_each(|node| moves(node, Movement::Fork));
-    for swing in &source.swings {
-        let movement =
-            Movement::Swing { angle: swing.degrees.to_radians(), stride: swing.stride_metres, phase: swing.phase };
-        moves(&swing.node, movement);
-    }
-    if let Some(trailer) = &source.trailer {
-        moves(&trailer.node, Movement::Trailer);
-    }
-    for lamps in &source.lamps {
-        for index in lamps.nodes.iter().filter_map(|node| named(node)) {
-            roles.entry(index).or_default().lamp = Some(lamps);
-        }
-    }
-    roles
 }
 
 struct Builder<'a> {

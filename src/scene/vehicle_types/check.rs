@@ -1,12 +1,12 @@
 //! Everything about types of vehicles that serde cannot say.
 
-use super::format::{Lamps, VehicleType, VehicleTypes};
 use crate::import::Model;
-use crate::scene::check::{BRIGHTEST, Check, SIZES};
-use crate::scene::faults::{Fault, unknown};
-use crate::scene::files::{Files, material_names};
-use crate::scene::format::Scene;
-use crate::scene::places::Step;
+use crate::scene::check::walk::{BRIGHTEST, Check, SIZES};
+use crate::scene::format::scene::Scene;
+use crate::scene::format::vehicle_types::{Lamps, VehicleType, VehicleTypes};
+use crate::scene::read::files::{Files, material_names};
+use crate::scene::text::faults::{Fault, unknown};
+use crate::scene::text::places::Step;
 use std::collections::HashMap;
 use systems::assets::Library;
 use systems::vehicles::VehicleType as StandIn;

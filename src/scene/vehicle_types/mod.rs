@@ -1,8 +1,9 @@
 //! Types of vehicles from files: text, and the models that it names, into [`VehicleTypes`].
+//! Uses `text`, `format`, `read` and `check`.
 //!
 //! ```text
-//! format        the file as serde reads it (RON; docs/vehicles.md)
 //! check         names of nodes, numbers: every fault at once, with line and column
+//! roles         the nodes that a type names
 //! assemble      a model's nodes into the parts of a type
 //! placed_model  what a model draws at its nodes
 //! outline       what is drawn at a wheel's node, seen along its axle: hub and radius
@@ -10,19 +11,23 @@
 //! lamps         which way lamps shine
 //! ```
 
-pub(super) mod assemble;
+mod assemble;
 mod check;
-pub(super) mod format;
 mod lamps;
 mod outline;
 mod placed_model;
+mod roles;
 mod wheels;
 
-use super::{SceneError, parse, placed, read_text, slip_problem};
+use super::error::SceneError;
+use super::format::scene::Scene;
+use super::format::vehicle_types as format;
+use super::text::faults::{Fault, Trail};
+use super::text::file::{placed, read_text, slip_problem};
+use super::text::parse::parse;
+use super::text::places::Step;
 use crate::import::{self, Model};
 use crate::problem::Problem;
-use crate::scene::faults::{Fault, Trail};
-use crate::scene::places::Step;
 use bevy_ecs::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -30,9 +35,12 @@ use systems::Simulation;
 use systems::assets::Library;
 use systems::vehicles::{VehicleType, VehicleTypes};
 
+/// The types of a scene's files.
+pub type Types = Vec<VehicleType>;
+
 /// Types that were read, and what a person should know of them.
 #[derive(Default)]
-pub(super) struct Loaded {
+pub struct Loaded {
     pub types: Vec<VehicleType>,
     pub warnings: Vec<String>,
     /// What was read.
@@ -58,7 +66,7 @@ impl Loaded {
 }
 
 /// Whether a file holds types of vehicles and not a scene: `vehicles.ron`, or anything that ends in `.vehicles.ron`.
-pub(super) fn is_file_of_types(path: &Path) -> bool {
+fn is_file_of_types(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     name == "vehicles.ron" || name.ends_with(".vehicles.ron")
 }
@@ -79,8 +87,40 @@ pub fn load_vehicle_types(path: &Path, simulation: &mut Simulation) -> Result<Ve
     Ok(warnings)
 }
 
+/// Reads the files of types that a scene names.
+pub fn read_types(scene: &Scene, folder: &Path, library: &mut Library, faults: &mut Vec<Fault>) -> Loaded {
+    let mut vehicles = Loaded::default();
+    for (i, file) in scene.vehicle_types.iter().enumerate() {
+        match read(&folder.join(file), library) {
+            Ok(loaded) => {
+                vehicles.warn_of_replaced(file, &loaded);
+                vehicles.extend(loaded);
+            }
+            Err(problems) => {
+                let at = Trail::default().field("vehicle_types").enter(Step::Index(i), "");
+                faults.extend(problems.into_iter().map(|problem| at.fault(problem)));
+            }
+        }
+    }
+    vehicles
+}
+
+/// Problems of a file, if it is one of types.
+pub fn check_types(path: &Path) -> Option<Vec<Problem>> {
+    is_file_of_types(path).then(|| match read(path, &mut Library::default()) {
+        Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
+        Err(problems) => problems,
+    })
+}
+
+/// Adds types to those of the world.
+pub fn add_types(types: &Types, world: &mut World) {
+    let mut all = world.resource_mut::<VehicleTypes>();
+    types.iter().for_each(|vehicle_type| _ = all.add(vehicle_type.clone()));
+}
+
 /// Reads a file and its models into the library.
-pub(super) fn read(path: &Path, library: &mut Library) -> Result<Loaded, Vec<Problem>> {
+fn read(path: &Path, library: &mut Library) -> Result<Loaded, Vec<Problem>> {
     let text = read_text(path).map_err(|problem| vec![problem])?;
     let source = parse::<format::VehicleTypes>(&text);
     let source = source.map_err(|slip| vec![slip_problem(path, slip)])?;

@@ -1,8 +1,8 @@
 //! Finds the wheels of a model among the nodes that a type names as such.
 
-use super::assemble::Role;
 use super::outline::{Shape, measure};
 use super::placed_model::PlacedModel;
+use super::roles::Role;
 use glam::Vec3;
 use std::collections::HashMap;
 use systems::vehicles::parts::Movement;

@@ -1,0 +1,5 @@
+//! Meshes: vertices, their rest pose, and triangles of them. Uses `report` and `document`.
+
+pub mod meshes;
+pub mod pose;
+mod triangles;

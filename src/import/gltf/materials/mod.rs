@@ -1,0 +1,4 @@
+//! Materials, their textures, and the images of these. Uses `report`, `files` and `document`.
+
+pub mod material;
+pub mod textures;

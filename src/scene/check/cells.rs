@@ -1,0 +1,91 @@
+//! Cells and portals.
+
+use super::walk::Check;
+use crate::scene::format::cells::{Cell, Door, OUTSIDE_NAME, Portal};
+use crate::scene::text::faults::unknown;
+use crate::scene::text::places::Step;
+
+/// Corners of a portal.
+const MOST_CORNERS: usize = 64;
+
+impl<'a> Check<'a> {
+    pub(super) fn cells(&mut self) {
+        let scene = self.scene;
+        self.field("cells", |c| {
+            c.entries(&scene.cells, Self::cell);
+            if let Some(index) = scene.cells.position(OUTSIDE_NAME) {
+                let message = "reserved name: outside is what lies in no cell";
+                c.inside(Step::Entry(index), OUTSIDE_NAME, |c| c.fault(message));
+            }
+        });
+        self.each("portals", &scene.portals, Self::portal);
+    }
+
+    fn cell(&mut self, cell: &'a Cell) {
+        if cell.r#box.is_some() == cell.hull.is_some() {
+            return self.fault("expected either box or hull");
+        }
+        if let Some([min, max]) = &cell.r#box {
+            self.position("box", min);
+            self.position("box", max);
+            if min.iter().zip(max).any(|(min, max)| min >= max) {
+                let message = format!("expected the least and the largest corner, found {min:?} and {max:?}");
+                self.field("box", |c| c.fault(message));
+            }
+        }
+        if let Some(mesh) = &cell.hull {
+            self.field("hull", |c| c.figure(mesh));
+        }
+        self.position("translation", &cell.translation);
+        if cell.hull.is_none() && cell.translation != [0.0; 3] {
+            self.field("translation", |c| c.fault("only allowed with hull"));
+        }
+    }
+
+    fn portal(&mut self, portal: &'a Portal) {
+        let cells = &self.scene.cells;
+        for cell in portal.between.iter().filter(|cell| *cell != OUTSIDE_NAME && cells.get(cell).is_none()) {
+            let message = unknown("cell", cell, cells.names().chain([OUTSIDE_NAME]));
+            self.field("between", |c| c.fault(message));
+        }
+        if portal.between[0] == portal.between[1] {
+            self.field("between", |c| c.fault("expected two different cells"));
+        }
+        if !(3..=MOST_CORNERS).contains(&portal.polygon.len()) {
+            let message = format!("expected from 3 to {MOST_CORNERS} corners, found {}", portal.polygon.len());
+            self.field("polygon", |c| c.fault(message));
+        }
+        portal.polygon.iter().for_each(|corner| self.position("polygon", corner));
+        self.number("open", portal.open, 0.0, 1.0);
+        if let Some(door) = &portal.door {
+            self.field("door", |c| c.door(door));
+        }
+    }
+
+    fn door(&mut self, door: &'a Door) {
+        let entities = || self.scene.entities.iter();
+        if let Some(leaf) = &door.leaf {
+            let named = entities().find(|entity| entity.name.as_ref() == Some(leaf));
+            let message = match named {
+                None => Some(unknown("entity", leaf, entities().filter_map(|entity| entity.name.as_deref()))),
+                Some(entity) if entity.vehicle.is_some() || entity.spin.is_some() => {
+                    Some("expected an entity that does not move by itself".into())
+                }
+                Some(_) => None,
+            };
+            message.into_iter().for_each(|message| self.field("leaf", |c| c.fault(message)));
+            let mut doors = self.scene.portals.iter().filter_map(|portal| portal.door.as_ref());
+            let first = doors.find(|other| other.leaf.as_ref() == Some(leaf));
+            if first.is_some_and(|first| !std::ptr::eq(first, door)) {
+                self.field("leaf", |c| c.fault("expected a leaf of its own: another door moves it, too"));
+            }
+        }
+        self.number("swing_degrees", door.swing_degrees, -180.0, 180.0);
+        self.numbers("slide", &door.slide, -1e3, 1e3);
+        self.number("period_seconds", door.period_seconds, 0.0, 1e6);
+        self.number("phase_seconds", door.phase_seconds, -1e6, 1e6);
+        if door.leaf.is_none() && (door.swing_degrees != 0.0 || door.slide != [0.0; 3]) {
+            self.fault("expected `leaf` beside swing_degrees and slide");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! A whole scene: one walk over the file collects every fault with its place.
+
+use super::sensor_names;
+use super::walk::{BRIGHTEST, Check, MOST_ENTITIES, SIZES};
+use crate::scene::format::generators::Generator;
+use crate::scene::format::scene::Scene;
+use crate::scene::read::files::Files;
+use crate::scene::text::faults::Fault;
+
+/// Seconds: a longer step of drivers and physics would be computed for minutes, and shows nothing of them.
+const LONGEST_WITH_VEHICLES: f64 = 1.0;
+
+fn has_vehicles(scene: &Scene) -> bool {
+    let of_generator = |g: &Generator| !g.vehicles.is_empty() || g.entity.vehicle.is_some();
+    scene.entities.iter().any(|e| e.vehicle.is_some()) || scene.generators.iter().any(of_generator)
+}
+
+/// All faults of a scene whose files have been read.
+pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
+    let mut check = Check::new(scene, files);
+    check.scene();
+    check.faults.extend(sensor_names::duplicates(scene));
+    check.faults
+}
+
+impl Check<'_> {
+    fn scene(&mut self) {
+        let scene = self.scene;
+        self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
+        self.lights(scene.lights.as_ref());
+        scene.origin.iter().for_each(|origin| self.position("origin", origin));
+        scene.geo_origin.iter().for_each(|origin| self.geo_origin(origin));
+        self.field("environment", |c| {
+            let e = &scene.environment;
+            c.color("ambient", e.ambient, BRIGHTEST);
+            c.color("zenith", e.zenith, BRIGHTEST);
+            c.color("horizon", e.horizon, BRIGHTEST);
+            c.color("ground", e.ground, BRIGHTEST);
+            c.number("exposure", e.exposure, 0.0, 1e6);
+        });
+        self.field("clock", |c| {
+            c.number("step_seconds", scene.clock.step_seconds as f32, 1e-6, 1e3);
+            let (seconds, most) = (scene.clock.step_seconds, LONGEST_WITH_VEHICLES);
+            if seconds > most && has_vehicles(scene) {
+                let message = format!("expected at most {most} where vehicles drive, found {seconds}");
+                c.field("step_seconds", |c| c.fault(message));
+            }
+            c.number("speed", scene.clock.speed as f32, 0.0, 1e3);
+        });
+        self.field("materials", |c| {
+            c.entries(&scene.materials, Self::material);
+        });
+        self.field("meshes", |c| {
+            c.entries(&scene.meshes, Self::mesh);
+        });
+        self.classes(&scene.classes);
+        self.cells();
+        self.roads();
+        let mut entities = 0u64;
+        self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
+        self.each("generators", &scene.generators, |c, g| entities = entities.saturating_add(c.generator(g)));
+        // A count that is refused by itself need not be refused twice.
+        if entities > MOST_ENTITIES && self.faults.is_empty() {
+            let message = format!("expected at most {MOST_ENTITIES} entities, found {entities}");
+            self.field("generators", |c| c.fault(message));
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Rigs as a scene has them once they have been read: entities below those that take them.
+
+use super::entities::Entity;
+use crate::scene::text::faults::Trail;
+use std::path::PathBuf;
+
+/// The rigs of a scene, in the order in which it takes them first.
+#[derive(Debug, Default)]
+pub struct Rigs(pub Vec<Rig>);
+
+/// A file of entities that others take.
+#[derive(Debug)]
+pub struct Rig {
+    /// As the scene names it.
+    pub name: String,
+    /// Where that is, first.
+    pub taken_at: Trail,
+    pub path: PathBuf,
+    pub text: String,
+    pub entities: Vec<Entity>,
+}
+
+impl Rigs {
+    /// What an entity has below it by its rig.
+    pub fn of(&self, entity: &Entity) -> &[Entity] {
+        let taken = entity.rig.as_ref().and_then(|name| self.0.iter().find(|rig| rig.name == *name));
+        taken.map_or(&[], |rig| &rig.entities)
+    }
+
+    /// Their files.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        self.0.iter().map(|rig| rig.path.clone())
+    }
+}

@@ -1,0 +1,144 @@
+//! A whole scene, its environment and its clock.
+
+use super::cells::{Cell, Portal};
+use super::custom::{self, Custom};
+use super::entities::Entity;
+use super::generators::Generator;
+use super::lights::Lights;
+use super::motion_sensors::GeoOrigin;
+use super::rigs::Rigs;
+use super::roads::{Route, Signal, Traffic};
+use super::sensors::Class;
+use super::surfaces::{Material, MeshSource};
+use super::values::{Color, Named, names, one_of};
+use serde::{Deserialize, Deserializer};
+use systems::{draw, ecs};
+
+/// A whole file.
+#[derive(Deserialize, Debug)]
+#[serde(default, remote = "Self")]
+pub struct Scene {
+    pub seed: u64,
+    pub origin: Option<[f64; 3]>,
+    pub geo_origin: Option<GeoOrigin>,
+    pub piece_metres: f32,
+    pub lights: Option<Lights>,
+    pub environment: Environment,
+    pub clock: Clock,
+    pub vehicle_types: Vec<String>,
+    pub materials: Named<Material>,
+    pub meshes: Named<MeshSource>,
+    pub signals: Named<Signal>,
+    pub routes: Named<Route>,
+    pub traffic: Traffic,
+    pub cells: Named<Cell>,
+    pub portals: Vec<Portal>,
+    pub classes: Named<Class>,
+    pub entities: Vec<Entity>,
+    pub generators: Vec<Generator>,
+    /// Once they have been read.
+    #[serde(skip)]
+    pub rigs: Rigs,
+    #[serde(skip)]
+    pub custom: Custom,
+}
+
+/// By what serde derives, which is a function of that name, but for the fields that a program has added.
+impl<'de> Deserialize<'de> for Scene {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (scene, custom) = custom::beside(deserializer, |deserializer| Self::deserialize(deserializer))?;
+        Ok(Self { custom, ..scene })
+    }
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            origin: None,
+            geo_origin: None,
+            piece_metres: draw::pieces::DEFAULT_METRES,
+            lights: None,
+            environment: Environment::default(),
+            clock: Clock::default(),
+            vehicle_types: Vec::new(),
+            materials: Named::default(),
+            meshes: Named::default(),
+            signals: Named::default(),
+            routes: Named::default(),
+            traffic: Traffic::default(),
+            cells: Named::default(),
+            portals: Vec::new(),
+            classes: Named::default(),
+            entities: Vec::new(),
+            generators: Vec::new(),
+            rigs: Rigs::default(),
+            custom: Custom::default(),
+        }
+    }
+}
+
+#[derive(Deserialize, Clone, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Environment {
+    pub ambient: Color,
+    pub zenith: Color,
+    pub horizon: Color,
+    pub ground: Color,
+    pub exposure: f32,
+    #[serde(deserialize_with = "tone_map")]
+    pub tone_map: draw::ToneMap,
+}
+
+fn tone_map<'de, D: Deserializer<'de>>(deserializer: D) -> Result<draw::ToneMap, D::Error> {
+    const NAMES: [&str; draw::ToneMap::ALL.len()] = names(&draw::ToneMap::ALL);
+    one_of(&draw::ToneMap::ALL, &NAMES, deserializer)
+}
+
+impl Default for Environment {
+    fn default() -> Self {
+        let e = draw::Environment::default();
+        Self {
+            ambient: Color::linear(e.ambient),
+            zenith: Color::linear(e.zenith),
+            horizon: Color::linear(e.horizon),
+            ground: Color::linear(e.ground),
+            exposure: e.exposure,
+            tone_map: e.tone_map,
+        }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Clock {
+    pub step_seconds: f64,
+    pub speed: f64,
+    pub paused: bool,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        let clock = ecs::clock::Clock::default();
+        Self { step_seconds: clock.step_seconds, speed: clock.speed, paused: clock.paused }
+    }
+}
+
+/// An environment as a resource.
+pub fn environment(e: &Environment) -> draw::Environment {
+    draw::Environment {
+        ambient: e.ambient.rgb(),
+        zenith: e.zenith.rgb(),
+        horizon: e.horizon.rgb(),
+        ground: e.ground.rgb(),
+        exposure: e.exposure,
+        tone_map: e.tone_map,
+    }
+}
+
+/// A clock as a resource.
+pub fn clock(c: &Clock) -> ecs::clock::Clock {
+    let mut clock = ecs::clock::Clock::default();
+    (clock.step_seconds, clock.speed, clock.paused) = (c.step_seconds, c.speed, c.paused);
+    clock
+}

@@ -1,0 +1,30 @@
+//! In place of `vehicle_types` in a build without vehicles: there are none.
+
+use super::format::scene::Scene;
+use super::text::faults::Fault;
+use crate::problem::Problem;
+use bevy_ecs::prelude::*;
+use std::path::{Path, PathBuf};
+use systems::assets::Library;
+
+/// None.
+#[derive(Default)]
+pub struct Types;
+
+/// What a scene's files of types hold.
+#[derive(Default)]
+pub struct Loaded {
+    pub types: Types,
+    pub warnings: Vec<String>,
+    pub files: Vec<PathBuf>,
+}
+
+pub fn read_types(_: &Scene, _: &Path, _: &mut Library, _: &mut Vec<Fault>) -> Loaded {
+    Loaded::default()
+}
+
+pub fn check_types(_: &Path) -> Option<Vec<Problem>> {
+    None
+}
+
+pub fn add_types(_: &Types, _: &mut World) {}
