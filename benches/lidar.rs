@@ -16,7 +16,7 @@ use criterion::measurement::Measurement;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use relief::scene;
-use relief::sensors::{Pose, RayScene, lidar};
+use relief::sense::{Pose, RayScene, lidar};
 use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;

@@ -20,7 +20,7 @@ use relief::export::npy;
 use relief::output::{OutputError, write_whole_with};
 use relief::prelude::*;
 use relief::renderer::Gpu;
-use relief::sensors::{CameraCapture, SensorSuite};
+use relief::sense::{CameraCapture, SensorSuite};
 use serde_json::json;
 use std::collections::HashMap;
 use std::error::Error;

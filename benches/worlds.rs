@@ -9,7 +9,7 @@ use clap::Parser;
 use cpu_time::ProcessTime;
 use relief::renderer::{Gpu, Settings};
 use relief::scene::Template;
-use relief::sensors::{Captured, Drawing, Wanted, WorldSensors};
+use relief::sense::{Captured, Drawing, Wanted, WorldSensors};
 use serde_json::json;
 use std::error::Error;
 use std::hint::black_box;

@@ -5,7 +5,7 @@
 use relief::frames::{LoadOptions, load_stage};
 use relief::prelude::*;
 use relief::renderer::Gpu;
-use relief::sensors::SensorSuite;
+use relief::sense::SensorSuite;
 use std::error::Error;
 use std::path::Path;
 use systems::run::registry::register_all;

@@ -22,8 +22,8 @@
 //! gallery   a scene once for each of its mesh variants               maps     the map tools
 //! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
-//! sensors   cameras and lidars as sensors, captured together           box_tree, triangle_tree   what rays meet
-//! shards    a run in parts that many machines render
+//! sense     cameras, lidars and other sensors, captured together        box_tree, triangle_tree   what rays meet
+//! data      captures as files: formats, data sets, runs in parts that many machines render
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -49,6 +49,7 @@ pub mod check;
 pub mod commands;
 #[cfg(feature = "tools")]
 pub mod compare;
+pub mod data;
 pub mod demo;
 pub mod export;
 #[cfg(feature = "tools")]
@@ -69,10 +70,9 @@ pub mod problem;
 pub mod recording;
 pub mod renderer;
 pub mod scene;
-pub mod sensors;
+pub mod sense;
 #[cfg(feature = "tools")]
 pub mod shadow_error;
-pub mod shards;
 #[cfg(feature = "tools")]
 pub mod technique_error;
 #[cfg(feature = "tools")]

@@ -4,7 +4,7 @@ mod common;
 
 use bevy_ecs::name::Name;
 use glam::{Quat, UVec2, Vec2, Vec3};
-use relief::sensors::{CameraCapture, Capture, SensorSuite};
+use relief::sense::{CameraCapture, Capture, SensorSuite};
 use systems::Simulation;
 use systems::assets::{Library, Material, Shading, shapes};
 use systems::draw::Environment;

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3, dvec2};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::renderer::RenderError;
-use relief::sensors::{CameraCapture, Capture, SensorSuite};
+use relief::sense::{CameraCapture, Capture, SensorSuite};
 use serde_json::{Value, json};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;

@@ -8,7 +8,7 @@ mod common;
 use bevy_ecs::name::Name;
 use common::{dark_world, unlit};
 use glam::{Affine3A, DVec3, Vec3};
-use relief::sensors::{Capture, SensorSuite};
+use relief::sense::{Capture, SensorSuite};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::{Library, Mesh, shapes};

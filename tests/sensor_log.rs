@@ -2,10 +2,10 @@
 
 mod common;
 
+use relief::data::{FileFormat, SensorJob, render_sensors};
 use relief::frames::{FrameError, Frames, LoadOptions};
 use relief::recording::RunFiles;
 use relief::renderer::Settings;
-use relief::sensors::{FileFormat, SensorJob, render_sensors};
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};

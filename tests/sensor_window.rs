@@ -8,7 +8,7 @@ use common::display::{Display, wait_for};
 use image::RgbImage;
 use image::imageops::crop_imm;
 use relief::frames::load_stage;
-use relief::sensors::{Capture, SensorSuite};
+use relief::sense::{Capture, SensorSuite};
 use std::fs;
 use systems::run::state_hash;
 

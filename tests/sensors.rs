@@ -11,7 +11,7 @@ use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
 use relief::renderer::{Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sensors::{CameraCapture, SensorSuite};
+use relief::sense::{CameraCapture, SensorSuite};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::{AlphaMode, Library, Material, MeshId, shapes};

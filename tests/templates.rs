@@ -5,7 +5,7 @@ mod common;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use relief::scene::Template;
-use relief::sensors::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
+use relief::sense::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
 use std::path::Path;
 use systems::Simulation;
 use systems::assets::{Library, shapes};

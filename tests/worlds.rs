@@ -9,7 +9,7 @@ use glam::{Quat, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::renderer::{Gpu, Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sensors::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
+use relief::sense::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
 use systems::Simulation;
 use systems::assets::{Image, ImageId, ImageKind, Library, Map, Material, MaterialId, MeshEntry, MeshId, shapes};
 use systems::draw::{Camera, Environment, ToneMap, View};

@@ -8,7 +8,8 @@ use numpy::{Element, IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use relief::sensors::{CameraCapture as Captured, boxes_as_npy};
+use relief::data::boxes_as_npy;
+use relief::sense::CameraCapture as Captured;
 use relief::systems::draw::Intrinsics;
 use relief::systems::sensors::{CameraOutput, Lens};
 

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DAffine3;
 use relief::name;
-use relief::sensors::{Capture as Captured, SensorCapture, SensorData};
+use relief::sense::{Capture as Captured, SensorCapture, SensorData};
 use relief::systems::sensors::Classes;
 
 /// What every sensor measured that was due after a step, by name. A sensor's name is below that of the thing that it is

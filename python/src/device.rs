@@ -2,7 +2,7 @@
 
 use crate::errors::{Failure, Outcome};
 use relief::renderer::RenderError;
-use relief::sensors::Drawing;
+use relief::sense::Drawing;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// The process that first made a world: its threads are in no process that is forked from it.

@@ -9,7 +9,7 @@ use crate::sim::{MOST_STEPS, STEPS_AT_ONCE, Sim, is_among, warn};
 use crate::world::{Replay, World};
 use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
-use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
+use relief::sense::{CameraCapture, SensorData, Wanted, sensor_names};
 use relief::systems::ecs::parallel::map_in_parallel;
 use relief::systems::sensors::{Classes, Sensor, SensorKind};
 use std::path::PathBuf;

@@ -10,7 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use relief::name;
-use relief::sensors::{sensor_name_on, sensor_names};
+use relief::sense::{sensor_name_on, sensor_names};
 use relief::systems::draw::Intrinsics;
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;

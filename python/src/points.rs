@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DAffine3;
-use relief::sensors::LidarCapture as Captured;
+use relief::sense::LidarCapture as Captured;
 
 /// What a lidar captured since it was due before: arrays with an element for each beam, column after column, in each by
 /// ring. Axes are X forward, Y left, Z up. Where a beam has no return, `hit` is 0, and all but ring and time are.

@@ -4,7 +4,7 @@ use crate::arguments::required;
 use crate::capture::Common;
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use relief::sensors::{GnssCapture, ImuCapture};
+use relief::sense::{GnssCapture, ImuCapture};
 use relief::systems::sensors::collision::Collision;
 use relief::systems::sensors::{Class, Classes, LaneReading as Reading};
 

@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::export::ros::Distortion;
-use relief::sensors::sensor_name;
+use relief::sense::sensor_name;
 use relief::systems::draw::Intrinsics;
 use relief::systems::sensors::{self, Lens, SensorKind};
 

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use relief::bevy_ecs::prelude::Entity as BevyEntity;
 use relief::name;
-use relief::sensors::Wanted;
+use relief::sense::Wanted;
 use relief::systems::ecs::clock::{Clock, Seed};
 use relief::systems::run::standard_inputs::NextMeshVariant;
 use relief::systems::run::state_hash;
@@ -301,7 +301,7 @@ impl Sim {
 impl World {
     /// The sensors of the world, among which there is one of each name.
     fn check_sensors(&mut self, names: &[String]) -> Outcome<Vec<(String, BevyEntity)>> {
-        let all = relief::sensors::sensor_names(&mut self.simulation.world);
+        let all = relief::sense::sensor_names(&mut self.simulation.world);
         for name in names {
             if !all.iter().any(|(full, _)| is_among(std::slice::from_ref(name), full)) {
                 let known: Vec<&str> = all.iter().map(|(full, _)| full.as_str()).collect();

@@ -2,7 +2,7 @@
 
 use relief::bevy_ecs::prelude::Entity;
 use relief::bevy_ecs::world::World;
-use relief::sensors::{Capture, SensorCapture};
+use relief::sense::{Capture, SensorCapture};
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::snapshot::Restored;
 use relief::systems::sensors::{CameraOutput, Sensor, SensorKind};

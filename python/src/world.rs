@@ -10,7 +10,7 @@ use relief::glam::{DAffine3, DVec3};
 use relief::recording::{self, Identity, RunFiles, Snapshot, Stepper};
 use relief::renderer::Settings;
 use relief::scene::{LoadedScene, Overrides, Template};
-use relief::sensors::{Capture, Captured, Wanted, WorldSensors};
+use relief::sense::{Capture, Captured, Wanted, WorldSensors};
 use relief::systems::Simulation;
 use relief::systems::ecs::clock::{Clock, Seed};
 use relief::systems::run::inputs::{Input, Inputs};

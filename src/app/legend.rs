@@ -1,7 +1,7 @@
 //! The colour bars of heat maps and of pictures of sensors.
 
+use crate::data::pictures::Scale;
 use crate::renderer::HeatScale;
-use crate::sensors::pictures::Scale;
 use egui::{Align2, Color32, FontId, Painter, Rect, Rgba, Sense, Ui, Vec2, pos2, vec2};
 use glam::Vec3;
 

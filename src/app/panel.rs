@@ -7,7 +7,7 @@ use super::viewer::Viewer;
 use super::{details, legend, light_editor, sensor_panel};
 use crate::name;
 use crate::renderer::{DebugView, Occlusion, RenderStats, Settings, VisibleCounts};
-use crate::sensors::sensor_names;
+use crate::sense::sensor_names;
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};

@@ -2,9 +2,9 @@
 
 use super::sensor_overlay::Dots;
 use super::sensors::Choice;
+use crate::data::pictures::{Picture, Scale, reach_from_above};
 use crate::renderer::{Gpu, RenderError, Settings};
-use crate::sensors::pictures::{Picture, Scale, reach_from_above};
-use crate::sensors::{SensorCapture, SensorData, SensorSuite};
+use crate::sense::{SensorCapture, SensorData, SensorSuite};
 use bevy_ecs::prelude::*;
 use egui::{ColorImage, TextureFilter, TextureHandle, TextureOptions};
 use std::collections::{BTreeMap, BTreeSet};

@@ -3,8 +3,8 @@
 use super::overlay::{self, on_screen};
 use super::picking::point_at;
 use super::sensors::{Choice, SensorViews};
-use crate::sensors::pictures::{PointValue, rgb_of_number};
-use crate::sensors::{LidarCapture, sensor_names};
+use crate::data::pictures::{PointValue, rgb_of_number};
+use crate::sense::{LidarCapture, sensor_names};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke};
 use glam::{Affine3A, DVec2, DVec3, Mat4, Vec2, Vec3, Vec4Swizzles};
@@ -177,7 +177,7 @@ fn bent_corner(camera: &CameraSensor, view: &View, at: Vec2, distance: f32) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::{LidarScan, Pose};
+    use crate::sense::{LidarScan, Pose};
     use glam::DQuat;
     use systems::sensors::LidarSensor;
 

@@ -3,8 +3,8 @@
 use super::sensor_captures::{Captured, Painted};
 use super::sensors::{Choice, SensorViews};
 use super::{legend, sensor_panel, sensor_values, sensors};
+use crate::data::pictures::Scale;
 use crate::name;
-use crate::sensors::pictures::Scale;
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, Color32, CursorIcon, FontId, Frame, Id, Label, Margin, Painter, Pos2, Rect, RichText};
 use egui::{ScrollArea, Sense, Ui, Vec2, vec2};
@@ -208,7 +208,7 @@ fn pixels(choice: Option<Choice>) -> [u32; 2] {
 fn caption(choice: Option<Choice>, scale: Option<Scale>) -> String {
     let name = match choice {
         Some(Choice::Output(output)) => name::of(&CameraOutput::ALL, output),
-        Some(Choice::Points(value)) => name::of(&crate::sensors::pictures::PointValue::ALL, value),
+        Some(Choice::Points(value)) => name::of(&crate::data::pictures::PointValue::ALL, value),
         None => "",
     };
     scale.map_or_else(|| name.to_owned(), |scale| format!("{name} {}", legend::ends(&scale)))

@@ -2,7 +2,7 @@
 
 use super::sensors::Choice;
 use crate::name;
-use crate::sensors::{CameraCapture, Flow, ObjectBox, SensorCapture, SensorData, entity_of_number, flags};
+use crate::sense::{CameraCapture, Flow, ObjectBox, SensorCapture, SensorData, entity_of_number, flags};
 use bevy_ecs::prelude::*;
 use glam::Vec2;
 use systems::sensors::{CameraOutput, Class, Classes};
@@ -104,8 +104,8 @@ fn class_name(world: &World, id: u8) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::LidarCapture;
-    use crate::sensors::pictures::PointValue;
+    use crate::data::pictures::PointValue;
+    use crate::sense::LidarCapture;
     use systems::run::registry::register_all;
 
     #[test]

@@ -10,9 +10,9 @@
 //! ```
 
 use super::sensor_captures::SensorCaptures;
+use crate::data::pictures::PointValue;
 use crate::renderer::{Gpu, RenderError, Settings};
-use crate::sensors::pictures::PointValue;
-use crate::sensors::sensor_names;
+use crate::sense::sensor_names;
 use bevy_ecs::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use systems::Simulation;

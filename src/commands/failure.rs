@@ -2,13 +2,13 @@
 
 #[cfg(feature = "tools")]
 use crate::bench::BenchError;
+use crate::data::shards::ShardError;
 use crate::frames::FrameError;
 #[cfg(feature = "tools")]
 use crate::maps::MapError;
 use crate::output::OutputError;
 use crate::recording::RecordingError;
 use crate::renderer::{GpuError, RenderError};
-use crate::shards::ShardError;
 use crate::video::VideoError;
 use std::io::{ErrorKind, Write};
 

@@ -1,7 +1,7 @@
 //! `relief merge`.
 
 use super::failure::{Failure, say};
-use crate::shards::{MergeOptions, merge};
+use crate::data::shards::{MergeOptions, merge};
 use clap::Args;
 use std::path::PathBuf;
 

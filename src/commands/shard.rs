@@ -3,9 +3,9 @@
 use super::failure::{Failure, say};
 use super::render::{RenderArgs, WorkArgs, with_bar};
 use super::split::refused_option;
+use crate::data::shards::{Job, ShardRun, render_shard};
+use crate::data::{SensorJob, render_sensors};
 use crate::frames::{FrameJob, render_frames};
-use crate::sensors::{SensorJob, render_sensors};
-use crate::shards::{Job, ShardRun, render_shard};
 use clap::Parser;
 use std::path::Path;
 

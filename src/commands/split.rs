@@ -2,7 +2,7 @@
 
 use super::failure::{Failure, say};
 use super::render::{WorkArgs, with_bar};
-use crate::shards::{SplitJob, Work, split};
+use crate::data::shards::{SplitJob, Work, split};
 use clap::Args;
 use clap::parser::ValueSource;
 use std::path::PathBuf;

@@ -3,7 +3,7 @@
 //! A column has a row of values for each record: `boxes` may have `id` (shape `[N]`), `box_full` (`[N, 4]`) and
 //! `corners_uv` (`[N, 8, 2]`). In files the values of a record follow each other without gaps.
 
-use super::{check_count, unfit};
+use super::checks::{check_count, unfit};
 use half::f16;
 use std::io::Result;
 

@@ -1,7 +1,7 @@
 //! CDR, the bytes of a message in DDS and ROS 2: plain CDR of version 1, little endian (OMG, "DDS-XTypes 1.3", 7.4.1
 //! and 7.6.2; "DDSI-RTPS 2.3", 10.2). Numbers lie at multiples of their size, counted from the end of the header.
 
-use super::unfit;
+use super::checks::unfit;
 use std::io::Result;
 
 /// Which form follows: `CDR_LE`, and two bytes of options, of which there are none.

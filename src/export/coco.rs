@@ -2,7 +2,7 @@
 //! Kirillov and others, "Panoptic Segmentation", CVPR 2019): one JSON file for all pictures, after "Data format" of
 //! cocodataset.org. Masks are runs that are not packed further; boxes are left, top, width, height along pixel edges.
 
-use super::{check_count, pixels_of, unfit};
+use super::checks::{check_count, pixels_of, unfit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{Result, Write};

@@ -5,7 +5,7 @@
 //! layer), `flow.U`, `flow.V` (pixels), `id`.
 
 use super::array::Values;
-use super::{check_count, pixels_of, unfit};
+use super::checks::{check_count, pixels_of, unfit};
 use exr::image::write::WritableImage;
 use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image};
 use exr::prelude::{Compression, LineOrder};

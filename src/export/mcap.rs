@@ -2,8 +2,9 @@
 //! rerun open. Messages are written as a run goes on, into chunks with an index each, and the file's own index at its
 //! end. Without the end, readers recover all whole chunks.
 
-use super::ros::{Message, definition};
-use super::unfit;
+use super::checks::unfit;
+use super::ros::definitions::definition;
+use super::ros::message::Message;
 use mcap::io::MessageReader;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;

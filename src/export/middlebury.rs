@@ -3,7 +3,7 @@
 //! a pixel.
 
 use super::array::Values;
-use super::{check_count, pixels_of, unfit};
+use super::checks::{check_count, pixels_of, unfit};
 use std::io::Result;
 
 /// Written for what is not known: more than 1e9 (`README.txt`).

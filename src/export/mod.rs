@@ -16,6 +16,7 @@
 
 pub mod array;
 pub mod cdr;
+mod checks;
 pub mod coco;
 pub mod exr;
 pub mod kitti;
@@ -26,20 +27,3 @@ pub mod npz;
 pub mod picture;
 pub mod ros;
 pub mod semantic_kitti;
-
-use std::io::{Error, ErrorKind};
-
-/// What a form has no place for.
-fn unfit(message: impl Into<String>) -> Error {
-    Error::new(ErrorKind::InvalidInput, message.into())
-}
-
-/// That there are as many values as were expected.
-fn check_count(what: &str, expected: usize, found: usize) -> std::io::Result<()> {
-    if expected == found { Ok(()) } else { Err(unfit(format!("{what}: expected {expected} values, found {found}"))) }
-}
-
-/// Pixels of a picture; width and height in pixels.
-fn pixels_of((width, height): (u32, u32)) -> usize {
-    width as usize * height as usize
-}

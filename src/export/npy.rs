@@ -2,7 +2,7 @@
 //! form, its version, and a literal of Python with type, order and shape; then the values.
 
 use super::array::{Array, Column, Values, interleave};
-use super::unfit;
+use super::checks::unfit;
 use std::io::Result;
 
 /// Bytes before the literal: the name of the form, the version, and the literal's length in two bytes.

@@ -1,7 +1,7 @@
 //! NPZ, many arrays of numpy in a file: a ZIP archive with an NPY file for each, stored as it is (PKWARE,
 //! "APPNOTE.TXT", 4.3). All have the first time that such an archive knows, so that equal arrays give equal files.
 
-use super::unfit;
+use super::checks::unfit;
 use std::io::{Result, Write};
 
 /// Version 2.0 of the form (4.4.3), which stored files need.

@@ -1,7 +1,7 @@
 //! Labels of the points of a scan, as SemanticKITTI has them beside KITTI's own files (Behley and others,
 //! "SemanticKITTI: A Dataset for Semantic Scene Understanding of LiDAR Sequences", ICCV 2019): 32 bits a point.
 
-use super::{check_count, unfit};
+use super::checks::{check_count, unfit};
 use std::io::Result;
 
 /// A `.label` file: the class of each point in the lower 16 bits, its instance in the upper ones, 0 for none. Classes

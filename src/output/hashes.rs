@@ -1,6 +1,6 @@
 //! Hashes of files (BLAKE3), by which damage is found.
 
-use super::OutputError;
+use super::error::OutputError;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! Files under temporary names beside their own, renamed when they are whole.
 
-use super::{OutputError, check_links, check_ordinary};
+use super::error::{OutputError, check_links, check_ordinary};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -109,5 +109,16 @@ mod tests {
         whole.write_all(b"whole").unwrap();
         whole.finish().unwrap();
         assert_eq!((names(), fs::read(&path).unwrap()), (1, b"whole".to_vec()));
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).expect("a folder");
+        fs::write(taken.join("inside"), b"x").expect("a file");
+        assert!(write_whole(&taken, b"data").is_err(), "a folder cannot be replaced by a file");
+        let names: Vec<_> = fs::read_dir(folder.path()).expect("readable").flatten().map(|e| e.file_name()).collect();
+        assert_eq!(names, ["taken"]);
     }
 }

@@ -1,17 +1,18 @@
 //! Folders that are filled under a temporary name beside their own, renamed when all is in them.
 
-use super::{OutputError, check_links, make_folder};
+use super::checks::make_folder;
+use super::error::{OutputError, check_links};
 use std::fs;
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// How temporary names end.
+/// Ending of temporary names.
 const ENDING: &str = ".part";
 /// Digits of the numbers in temporary names.
 const DIGITS: usize = 16;
-/// What is untouched for so long is nobody's any more.
+/// Age of untouched folders that are nobody's any more.
 const ABANDONED: Duration = Duration::from_hours(24);
 
 /// A folder that is being filled, and has its name once it is [finished](Self::finish). Where it is dropped before, it
@@ -38,7 +39,7 @@ impl WholeFolder {
         Ok(Self { path: path.to_owned(), temporary })
     }
 
-    /// Where it is filled.
+    /// Folder that is filled.
     pub fn folder(&self) -> &Path {
         &self.temporary
     }
@@ -97,7 +98,7 @@ impl Drop for WholeFolder {
     }
 }
 
-/// Whether a folder's name is a temporary one of a name: `07.0123456789abcdef.part`, or that with `.part` once more.
+/// Tells if a folder's name is a temporary one of a name: `07.0123456789abcdef.part`, or that with `.part` once more.
 fn is_temporary(own: &str, name: &str) -> bool {
     let rest =
         own.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')).and_then(|rest| rest.strip_suffix(ENDING));

@@ -1,6 +1,6 @@
 //! What a recording or a snapshot belongs to: this version of the program, and a scene with every file that it names.
 
-use super::RecordingError;
+use super::error::RecordingError;
 use crate::import;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

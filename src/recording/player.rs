@@ -1,6 +1,6 @@
 //! Reads a recording: all of it once, to see that it is sound and what comes when; then piece by piece.
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::identity::Identity;
 use super::recorder::{Header, Record};
 use super::records::{Blocks, Next, RECORDING};

@@ -3,7 +3,7 @@
 //! Inputs are written as they come, a mark with the state's hash every simulated second, and a snapshot now and then: a
 //! killed run loses a second at the most. Steps without inputs write nothing.
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::identity::Identity;
 use super::records::{self, RECORDING};
 use crate::output;

@@ -5,7 +5,7 @@
 //! a program that is killed leaves whole blocks, or the last one cut short; a block that is all there and does not fit
 //! its checksums was damaged.
 
-use super::RecordingError;
+use super::error::RecordingError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;

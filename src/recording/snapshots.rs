@@ -1,6 +1,6 @@
 //! Snapshots: a block that says what it belongs to, and a block with the state. Files of them, and their bytes.
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::identity::Identity;
 use super::records::{self, Blocks, Next, SNAPSHOT};
 use crate::output;

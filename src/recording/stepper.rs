@@ -1,7 +1,11 @@
 //! Takes the steps of a run, in a window and without one: the one place where inputs, steps, hashes and recordings
 //! meet, so that all are in the same order everywhere.
 
-use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
+use super::error::RecordingError;
+use super::identity::Identity;
+use super::player::Recording;
+use super::recorder::Recorder;
+use super::snapshots::{load_snapshot, save_snapshot};
 use crate::import;
 #[cfg(feature = "vehicles")]
 use crate::name;

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::sensors::{Flow, flags};
+use relief::sense::{Flow, flags};
 use std::collections::BTreeMap;
 use systems::assets::{Library, shapes};
 use systems::space::{GlobalTransform, Interpolated, Transform};

@@ -4,7 +4,7 @@ use crate::common;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
-use relief::sensors::{CameraCapture, ObjectBox, SensorSuite};
+use relief::sense::{CameraCapture, ObjectBox, SensorSuite};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::{Library, Material, MaterialId, MeshId, Shading, shapes};

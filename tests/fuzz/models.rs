@@ -4,7 +4,7 @@ use crate::{Place, repair};
 use glam::{DQuat, DVec3};
 use relief::import::load_model;
 use relief::prelude::{Simulation, Transform};
-use relief::sensors::{Pose, RayScene, lidar};
+use relief::sense::{Pose, RayScene, lidar};
 use std::path::Path;
 use systems::assets::Library;
 use systems::sensors::philox::Noise;

@@ -2,7 +2,7 @@
 
 use super::{Random, Scene, at, lidar};
 use glam::{DQuat, DVec3, Quat, UVec2, Vec2, Vec3};
-use relief::sensors::{Pose, lidar as lidars};
+use relief::sense::{Pose, lidar as lidars};
 use std::f32::consts::{FRAC_PI_2, PI};
 use systems::assets::shapes;
 use systems::sensors::philox::Noise;

@@ -8,7 +8,7 @@ mod runs;
 
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3, Vec4};
-use relief::sensors::{LidarScan, Pose, RayScene, lidar};
+use relief::sense::{LidarScan, Pose, RayScene, lidar};
 use systems::Simulation;
 use systems::assets::{Library, Material, MaterialId, Mesh};
 use systems::sensors::philox::Noise;

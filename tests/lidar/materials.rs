@@ -2,7 +2,7 @@
 
 use super::{Scene, at, lidar};
 use glam::{DVec3, Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::sensors::RayWarnings;
+use relief::sense::RayWarnings;
 use systems::assets::{AlphaMode, Filter, Image, ImageId, ImageKind, Library, Map, Material, Sampler, shapes};
 use systems::lights::LUMINANCE;
 use systems::sensors::LidarSensor;

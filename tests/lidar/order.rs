@@ -3,7 +3,7 @@
 use super::{Random, Scene, at, lidar};
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3, Quat, UVec2, Vec2, Vec3};
-use relief::sensors::{LidarScan, Pose, RayScene, lidar as lidars};
+use relief::sense::{LidarScan, Pose, RayScene, lidar as lidars};
 use systems::assets::shapes;
 use systems::sensors::philox::Noise;
 use systems::sensors::{Beams, Columns, LidarSensor};

@@ -3,7 +3,7 @@
 use super::{Random, Scene, at, lidar};
 use bevy_tasks::TaskPoolBuilder;
 use glam::{DQuat, DVec3, Quat, UVec2, Vec2, Vec3};
-use relief::sensors::{Pose, RayScene, lidar as lidars};
+use relief::sense::{Pose, RayScene, lidar as lidars};
 use systems::assets::{Library, MeshId, shapes};
 use systems::sensors::philox::Noise;
 use systems::sensors::{Beams, LidarNoise, LidarSensor};

@@ -4,7 +4,7 @@ use super::{CAR, STEP, capture, common, gnss, imu, mount};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
-use relief::sensors::SensorSuite;
+use relief::sense::SensorSuite;
 use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::run::inputs::Inputs;

@@ -9,7 +9,7 @@ mod jumps;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Quat};
-use relief::sensors::{Capture, SensorSuite};
+use relief::sense::{Capture, SensorSuite};
 use std::f64::consts::FRAC_PI_2;
 use systems::Simulation;
 use systems::ecs::clock::Clock;

@@ -1,7 +1,7 @@
 //! Rigs: entities from files of their own, below those that take them.
 
 use super::*;
-use relief::sensors::sensor_names;
+use relief::sense::sensor_names;
 use systems::sensors::Sensor;
 
 const RIG: &str = r#"[

@@ -1,9 +1,9 @@
 //! Pictures, and the cameras that took them.
 
-use super::super::array::Values;
-use super::super::cdr::Encoder;
-use super::super::{check_count, pixels_of, unfit};
-use super::{Header, Message};
+use super::message::{Header, Message};
+use crate::export::array::Values;
+use crate::export::cdr::Encoder;
+use crate::export::checks::{check_count, pixels_of, unfit};
 use std::io::Result;
 use systems::sensors::Lens;
 

@@ -1,7 +1,7 @@
 //! Boxes in pictures and in space, as Foxglove shows them (`foxglove_msgs`).
 
-use super::super::cdr::Encoder;
-use super::{Header, Message, put_time};
+use super::message::{Header, Message, put_time};
+use crate::export::cdr::Encoder;
 use std::io::Result;
 
 /// A box in a picture.

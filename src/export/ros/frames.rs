@@ -1,7 +1,7 @@
 //! Where frames are, and what time it is.
 
-use super::super::cdr::Encoder;
-use super::{Header, Message, put_time};
+use super::message::{Header, Message, put_time};
+use crate::export::cdr::Encoder;
 use std::io::Result;
 
 /// Where a frame is in another.

@@ -1,7 +1,7 @@
 //! How a body moves, and where on Earth it is.
 
-use super::super::cdr::Encoder;
-use super::{Header, Message};
+use super::message::{Header, Message};
+use crate::export::cdr::Encoder;
 use std::io::Result;
 
 /// A measurement of an inertial measurement unit, as `sensor_msgs/Imu`.

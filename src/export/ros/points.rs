@@ -1,9 +1,9 @@
 //! Clouds of points.
 
-use super::super::array::{Column, Values, interleave};
-use super::super::cdr::Encoder;
-use super::super::unfit;
-use super::{Header, Message};
+use super::message::{Header, Message};
+use crate::export::array::{Column, Values, interleave};
+use crate::export::cdr::Encoder;
+use crate::export::checks::unfit;
 use std::io::Result;
 
 /// Points with what is known of each, as `sensor_msgs/PointCloud2` of one row: the fields x, y, z, then the columns.

@@ -1,0 +1,226 @@
+//! `sensors.json`: what the sensors of a data set are, and where they were at each capture.
+//!
+//! Matrices are rows of numbers, from the sensor's axes to the scene's coordinates. A camera's axes are X right, Y
+//! down, Z forward; those of all others X forward, Y left, Z up.
+
+use crate::export::ros::Distortion;
+use crate::sense::captures::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
+use crate::sense::world::due::{Due, nanoseconds};
+use crate::sense::world::names::sensor_names;
+use bevy_ecs::prelude::*;
+use glam::DMat4;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use systems::draw::Intrinsics;
+use systems::ecs::clock::Clock;
+use systems::sensors::{
+    CameraOutput, CameraSensor, Classes, CollisionSensor, GeoOrigin, GnssSensor, ImuSensor, LaneSensor, Lens,
+    LidarSensor, Sensor, SensorKind,
+};
+use systems::space::origin::Origin;
+
+/// Version of the file's form.
+const VERSION: u32 = 1;
+
+/// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates. Of a lidar
+/// also when its first column was fired; of one that sweeps, where it was then.
+pub(super) fn capture(due: &Due, step: u64, world: &World) -> Value {
+    let mut at = json!({
+        "step": step,
+        "nanoseconds": nanoseconds(world.resource::<Clock>(), step),
+        "world_from_entity": rows(&DMat4::from(due.in_scene(world.resource::<Origin>().0))),
+    });
+    if let Some((nanoseconds, before)) = due.first_column(world) {
+        at["first_column_nanoseconds"] = json!(nanoseconds);
+        if matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
+            at["world_from_entity_before"] = rows(&DMat4::from(before));
+        }
+    }
+    at
+}
+
+fn rows(matrix: &DMat4) -> Value {
+    json!([0, 1, 2, 3].map(|row| matrix.row(row).to_array()))
+}
+
+/// The file's text. `captures`: by names of sensors.
+pub(super) fn of_sensors(
+    world: &mut World,
+    chosen: &BTreeMap<String, Sensor>,
+    captures: &BTreeMap<String, Vec<Value>>,
+) -> String {
+    let step_seconds = world.resource::<Clock>().step_seconds;
+    let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains_key(name));
+    let sensors: Vec<Value> = known
+        .filter_map(|(name, entity)| {
+            let sensor = world.get::<Sensor>(entity)?;
+            let mut described = match &sensor.kind {
+                SensorKind::Camera(camera) => of_camera(camera),
+                SensorKind::Lidar(lidar) => of_lidar(lidar),
+                SensorKind::Imu(imu) => of_imu(imu, f64::from(sensor.every) * step_seconds),
+                SensorKind::Gnss(gnss) => of_gnss(gnss, world.get_resource::<GeoOrigin>()),
+                SensorKind::Collision(collision) => of_collision(collision),
+                SensorKind::Lane(lane) => of_lane(lane),
+            };
+            if !matches!(sensor.kind, SensorKind::Camera(_)) {
+                described["axes"] = json!("X forward, Y left, Z up");
+                described["entity_from_sensor"] = rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR));
+            }
+            described["name"] = json!(name);
+            described["every"] = json!(sensor.every);
+            described["phase"] = json!(sensor.phase);
+            described["captures"] = json!(captures.get(&name).map_or(&[][..], Vec::as_slice));
+            Some(described)
+        })
+        .collect();
+    let classes = world.resource::<Classes>().0.iter().map(|class| {
+        json!({
+            "id": class.id,
+            "name": class.name,
+            "color": class.color,
+            "thing": class.is_thing,
+            "train_id": class.train_id,
+        })
+    });
+    let described = json!({
+        "version": VERSION,
+        "step_seconds": step_seconds,
+        "units": { "length": "metre", "time": "second", "angle": "radian" },
+        "world_axes": "X, Y up, Z, right-handed",
+        "classes": classes.collect::<Vec<_>>(),
+        "sensors": sensors,
+    });
+    format!("{described:#}\n")
+}
+
+fn of_camera(camera: &CameraSensor) -> Value {
+    let outputs = camera.outputs.iter().map(|(name, output)| (name.to_owned(), of_output(output)));
+    let distortion = Distortion::of(&camera.lens);
+    let (model, coefficients) = distortion.parts();
+    json!({
+        "kind": "camera",
+        "width": camera.size.0,
+        "height": camera.size.1,
+        "K": camera.intrinsics().map(|intrinsics: Intrinsics| {
+            let k = intrinsics.matrix();
+            [0, 1, 2].map(|row| k.row(row).to_array())
+        }),
+        // A parallel projection has neither.
+        "D": camera.intrinsics().map(|_| coefficients),
+        "distortion_model": camera.intrinsics().map(|_| model),
+        "half_height": match camera.lens {
+            Lens::Orthographic { half_height } => Some(half_height),
+            _ => None,
+        },
+        "largest_angle": match camera.lens {
+            Lens::KannalaBrandt { largest_angle, .. } => Some(largest_angle),
+            _ => None,
+        },
+        "near": camera.near,
+        "far": camera.far.is_finite().then_some(camera.far),
+        "exposure": camera.exposure,
+        "noise": camera.noise,
+        "axes": "X right, Y down, Z forward",
+        "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_CAMERA)),
+        "outputs": outputs.collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+/// Type, unit, and what stands where there is nothing.
+fn of_output(output: CameraOutput) -> Value {
+    let (kind, unit, nothing) = match output {
+        CameraOutput::Color => ("uint8", "sRGB, tone-mapped", "sky"),
+        CameraOutput::Linear => ("float16", "linear, exposed", "sky"),
+        CameraOutput::Depth => ("float32", "metres along the optical axis", "infinity"),
+        CameraOutput::Range => ("float32", "metres from the optical centre", "infinity"),
+        CameraOutput::Normal => ("float32", "unit vectors, camera axes", "0"),
+        CameraOutput::Instance => ("uint32", "number of the instance", "0"),
+        CameraOutput::Part => ("uint32", "number of the drawn entity", "0"),
+        CameraOutput::Class => ("uint8", "class id", "0"),
+        CameraOutput::Panoptic => ("uint32", "class * 1000 + place among its class for things, else class", "0"),
+        CameraOutput::Boxes => ("records", "a record for each thing in the picture", "no record"),
+        CameraOutput::Flow => ("float32", "pixels to the right and down, from this capture to the next", "0, flags 0"),
+        CameraOutput::FlowBack => ("float32", "pixels to the right and down, to the capture before", "0, flags 0"),
+    };
+    json!({ "type": kind, "unit": unit, "nothing": nothing })
+}
+
+fn of_lidar(lidar: &LidarSensor) -> Value {
+    json!({
+        "kind": "lidar",
+        "beams": lidar.beams,
+        "hz": lidar.hz,
+        "columns": lidar.columns,
+        "range": [lidar.range.0, lidar.range.1],
+        "attenuation": lidar.attenuation,
+        "sweep": lidar.sweep,
+        "noise": lidar.noise,
+    })
+}
+
+/// `seconds`: from one reading to the next. Each is of the middle of the last two intervals.
+fn of_imu(imu: &ImuSensor, seconds: f64) -> Value {
+    let [of_force, of_rate] = imu.sigmas(seconds);
+    json!({
+        "kind": "imu",
+        "noise": imu.noise,
+        "delay_seconds": seconds,
+        "outputs": {
+            "specific_force": { "unit": "m/s^2, against free fall", "sigma": of_force },
+            "angular_velocity": { "unit": "rad/s", "sigma": of_rate },
+        },
+    })
+}
+
+fn of_gnss(gnss: &GnssSensor, origin: Option<&GeoOrigin>) -> Value {
+    json!({
+        "kind": "gnss",
+        "noise": gnss.noise,
+        "geo_origin": origin.map(|GeoOrigin { place, at }| {
+            json!({
+                "latitude_degrees": place.latitude_degrees,
+                "longitude_degrees": place.longitude_degrees,
+                "altitude": place.altitude,
+                "at": at.to_array(),
+            })
+        }),
+        "world_axes_on_earth": "X north, Y up, Z east",
+        "outputs": {
+            "latitude": { "unit": "degrees, WGS 84" },
+            "longitude": { "unit": "degrees, WGS 84" },
+            "altitude": { "unit": "metres above the ellipsoid" },
+            "velocity": { "unit": "m/s to the east, north, up" },
+        },
+    })
+}
+
+fn of_collision(collision: &CollisionSensor) -> Value {
+    json!({
+        "kind": "collision",
+        "margin": collision.margin,
+        "outputs": {
+            "instance": { "unit": "number of the other" },
+            "class": { "unit": "class id of the other" },
+            "depth": { "unit": "metres of overlap; negative: apart" },
+            "normal": { "unit": "unit vector from the other, sensor axes" },
+            "speed": { "unit": "m/s nearer along the normal" },
+        },
+    })
+}
+
+fn of_lane(lane: &LaneSensor) -> Value {
+    json!({
+        "kind": "lane",
+        "reach": lane.reach,
+        "outputs": {
+            "route": { "unit": "place in the scene's list" },
+            "lane": { "unit": "count from the edge of the road" },
+            "offset": { "unit": "metres from the middle of the lane, left positive" },
+            "heading_error": { "unit": "radians from the lane's way, left positive" },
+            "curvature": { "unit": "1/m, left positive" },
+            "width": { "unit": "metres" },
+            "along": { "unit": "metres of the route" },
+            "speed": { "unit": "m/s" },
+        },
+    })
+}

@@ -1,0 +1,111 @@
+//! What sensors measured: a capture of one state.
+
+use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
+use super::camera::CameraCapture;
+use super::lidar::LidarCapture;
+use super::motion::{GnssCapture, ImuCapture};
+use bevy_ecs::prelude::*;
+use glam::DAffine3;
+use std::ops::Index;
+use systems::sensors::LaneReading;
+use systems::sensors::collision::Collision;
+
+/// Measurements of all sensors that were due, of one state.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Capture {
+    /// Step of the clock.
+    pub step: u64,
+    /// Since the run began, rounded once: steps times the length of a step.
+    pub nanoseconds: u64,
+    /// In the order in which the sensors came to be.
+    pub sensors: Vec<SensorCapture>,
+}
+
+/// Measurement of a sensor.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SensorCapture {
+    /// The sensor.
+    pub entity: Entity,
+    /// Its name, below that of what it is mounted on: `ego/front`.
+    pub name: String,
+    /// From the entity's axes (−Z forward, +Y up) to the scene's coordinates, without scale.
+    pub world_from_sensor: DAffine3,
+    /// Values that it measured.
+    pub data: SensorData,
+}
+
+/// By kind of sensor.
+#[derive(Clone, PartialEq, Debug)]
+pub enum SensorData {
+    /// Arrays of a camera.
+    Camera(CameraCapture),
+    /// Arrays of a lidar.
+    Lidar(LidarCapture),
+    /// Reading of an inertial measurement unit.
+    Imu(ImuCapture),
+    /// Reading of a receiver of satellite navigation.
+    Gnss(GnssCapture),
+    /// Things that are touched in the captured state, by number.
+    Collision(Vec<Collision>),
+    /// Reading of a lane sensor.
+    Lane(LaneReading),
+}
+
+impl SensorCapture {
+    /// From the axes of its outputs to the scene's coordinates: of a camera X right, Y down, Z forward; of others X
+    /// forward, Y left, Z up.
+    pub fn world_from_outputs(&self) -> DAffine3 {
+        let entity_from_outputs = match self.data {
+            SensorData::Camera(_) => ENTITY_FROM_CAMERA,
+            _ => ENTITY_FROM_LIDAR,
+        };
+        self.world_from_sensor * DAffine3::from_mat3(entity_from_outputs)
+    }
+
+    /// Capture of a camera; `None` of another sensor.
+    pub fn camera(&self) -> Option<&CameraCapture> {
+        if let SensorData::Camera(camera) = &self.data { Some(camera) } else { None }
+    }
+
+    /// Capture of a lidar; `None` of another sensor.
+    pub fn lidar(&self) -> Option<&LidarCapture> {
+        if let SensorData::Lidar(lidar) = &self.data { Some(lidar) } else { None }
+    }
+
+    /// Capture of an inertial measurement unit; `None` of another sensor.
+    pub fn imu(&self) -> Option<&ImuCapture> {
+        if let SensorData::Imu(imu) = &self.data { Some(imu) } else { None }
+    }
+
+    /// Capture of a receiver of satellite navigation; `None` of another sensor.
+    pub fn gnss(&self) -> Option<&GnssCapture> {
+        if let SensorData::Gnss(gnss) = &self.data { Some(gnss) } else { None }
+    }
+
+    /// Capture of a collision sensor; `None` of another sensor.
+    pub fn collisions(&self) -> Option<&[Collision]> {
+        if let SensorData::Collision(collisions) = &self.data { Some(collisions) } else { None }
+    }
+
+    /// Capture of a lane sensor; `None` of another sensor.
+    pub fn lane(&self) -> Option<&LaneReading> {
+        if let SensorData::Lane(lane) = &self.data { Some(lane) } else { None }
+    }
+}
+
+impl Capture {
+    /// Measurement of the sensor of a name; `None` where it was not due, or there is none.
+    pub fn get(&self, name: &str) -> Option<&SensorCapture> {
+        self.sensors.iter().find(|sensor| sensor.name == name)
+    }
+}
+
+impl Index<&str> for Capture {
+    type Output = SensorCapture;
+
+    /// # Panics
+    /// If there is none of that name: [`Self::get`] asks.
+    fn index(&self, name: &str) -> &SensorCapture {
+        self.get(name).unwrap_or_else(|| panic!("no sensor {name:?} was captured"))
+    }
+}
