@@ -10,13 +10,13 @@
 //! Vehicles in crossings are noted while lanes are filled, per head of a signal; what comes to a line is looked at when
 //! lanes are complete. Both follow from where vehicles are, and nothing of it is kept.
 
-use super::components::RouteId;
 use super::following::{self, ROUTES_AHEAD, Way};
 use super::lanes::Role;
-use super::routes::{Route, Routes, Stop, Wait};
-use super::signals::Signals;
 use super::traffic::{Row, Traffic};
-use super::types::{VehicleType, VehicleTypes};
+use crate::vehicles::components::RouteId;
+use crate::vehicles::routes::{Route, Routes, Stop, Wait};
+use crate::vehicles::signals::Signals;
+use crate::vehicles::types::{VehicleType, VehicleTypes};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Metres, and of the distance that comfortable braking takes: so far before a line one looks.
@@ -27,11 +27,11 @@ const SLOW: f32 = 2.0;
 const BEYOND: f32 = 60.0;
 
 /// Seconds for which one waits for room in the way that it chose.
-pub(super) const PATIENCE: f64 = 2.0;
+pub(crate) const PATIENCE: f64 = 2.0;
 
 /// A vehicle before the line of a crossing.
 #[derive(Clone, Copy)]
-pub(super) struct Coming {
+pub(crate) struct Coming {
     row: u32,
     /// Metres from its front to the line.
     distance: f32,
@@ -61,7 +61,7 @@ impl Coming {
 
 /// What is in crossings: of each head of a signal, by which route those came in that passed its line and are inside.
 #[derive(Default)]
-pub(super) struct Inside(Vec<AtomicU32>);
+pub(crate) struct Inside(Vec<AtomicU32>);
 
 /// None is; several are, by different routes. Else it is the number of the route.
 const EMPTY: u32 = u32::MAX;
@@ -120,7 +120,7 @@ impl Inside {
 
 impl Traffic {
     /// Lets a vehicle wait before a crossing into which it may not drive.
-    pub(super) fn hold(&self, coming: &Coming, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
+    pub(crate) fn hold(&self, coming: &Coming, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
         // It itself, and those that came in where it comes from, are not in its way but ahead of it.
         let on = &self.rows[coming.row as usize].on;
         let before = on.previous.iter().flatten().map(|(id, _)| *id);

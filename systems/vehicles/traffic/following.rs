@@ -4,11 +4,11 @@
 //! Physical Review E 62 (2000): dv/dt = a·(1 − (v/v0)^δ − (s*/s)²) with s* = s0 + max(0, v·T + v·Δv / (2·√(a·b))).
 //! The last term is what is called interaction here; of several leaders the one with the largest counts.
 
-use super::components::{OnRoute, RouteId};
-use super::forks::{Chooser, Fork};
-use super::routes::{Route, Routes, Stop, Wait};
-use super::signals::{Aspect, Signals};
-use super::types::{Driver, Limits, VehicleType};
+use crate::vehicles::components::{OnRoute, RouteId};
+use crate::vehicles::forks::{Chooser, Fork};
+use crate::vehicles::routes::{Route, Routes, Stop, Wait};
+use crate::vehicles::signals::{Aspect, Signals};
+use crate::vehicles::types::{Driver, Limits, VehicleType};
 
 /// Metres: nearer ones count as this far.
 const CLOSEST: f32 = 0.05;
@@ -51,17 +51,17 @@ pub fn equilibrium_gap(driver: &Driver, speed: f32, wanted_speed: f32) -> f32 {
 }
 
 /// How far ahead one looks, metres: what comfortable braking takes, and some.
-pub(super) fn look_ahead(driver: &Driver, speed: f32) -> f32 {
+pub(crate) fn look_ahead(driver: &Driver, speed: f32) -> f32 {
     1.3 * speed * speed / (2.0 * driver.braking) + speed * driver.headway + 20.0
 }
 
 /// Routes that one looks ahead over.
-pub(super) const ROUTES_AHEAD: usize = 4;
+pub(crate) const ROUTES_AHEAD: usize = 4;
 
 /// The way ahead of a vehicle: the route it is on, and those that it will choose, with the lane there and the metres
 /// from its reference point to their beginning.
 #[derive(Clone, Copy)]
-pub(super) struct Way<'a> {
+pub(crate) struct Way<'a> {
     pub routes: &'a Routes,
     pub chooser: Chooser,
     pub id: RouteId,
@@ -104,7 +104,7 @@ impl<'a> Way<'a> {
 }
 
 /// Whether one has to stand before a stop `distance` metres ahead. `waited`: whether the time at it is over.
-pub(super) fn is_closed(
+pub(crate) fn is_closed(
     stop: &Stop,
     distance: f32,
     speed: f32,
@@ -128,7 +128,7 @@ pub(super) fn is_closed(
 }
 
 /// Whether a vehicle that stands waits before a stop, and how long it has to.
-pub(super) fn dwell_ahead(routes: &Routes, number: u32, on: &OnRoute, kind: &VehicleType) -> Option<f32> {
+pub(crate) fn dwell_ahead(routes: &Routes, number: u32, on: &OnRoute, kind: &VehicleType) -> Option<f32> {
     let reach = kind.driver.gap + 1.5;
     let mut way = Way::new(routes, number, kind, on)?;
     for _ in 0..ROUTES_AHEAD {

@@ -5,14 +5,14 @@
 //! Vehicles are entered in the order in which they were in their lanes in the last step, so that lanes are nearly
 //! sorted before they are: insertion sort does the rest.
 
-use super::components::{RouteId, VehicleTypeId};
 use super::crossings::Coming;
 use crate::ecs::parallel::in_parallel;
+use crate::vehicles::components::{RouteId, VehicleTypeId};
 use bevy_tasks::ComputeTaskPool;
 
 /// A vehicle in a lane; metres along the route.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub(super) struct Entry {
+pub(crate) struct Entry {
     pub front: f32,
     pub back: f32,
     /// Metres that it drives per metre of the centre line: less than 1 inside of a bend.
@@ -27,7 +27,7 @@ pub(super) struct Entry {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) enum Role {
+pub(crate) enum Role {
     /// In its lane.
     #[default]
     Main,
@@ -54,7 +54,7 @@ const LEAST: usize = 512;
 
 /// How lanes are shared out over tasks: 2^`bits` in each stretch.
 #[derive(Clone, Copy, Default, Debug)]
-pub(super) struct Stretches {
+pub(crate) struct Stretches {
     bits: u32,
     count: usize,
 }
@@ -69,7 +69,7 @@ impl Stretches {
 
 /// What one task found: entries and their lanes, by stretch; what comes to a crossing.
 #[derive(Default)]
-pub(super) struct Found {
+pub(crate) struct Found {
     bits: u32,
     stretches: Vec<Vec<(u32, Entry)>>,
     pub coming: Vec<Coming>,
@@ -91,7 +91,7 @@ impl Found {
 
 /// The entries of all lanes.
 #[derive(Default)]
-pub(super) struct Lanes {
+pub(crate) struct Lanes {
     /// Sorted within each lane.
     entries: Vec<Entry>,
     /// Where the entries of each lane begin, and the end.

@@ -14,22 +14,22 @@
 //! Every entry minds the next one in its lane. What comes to a crossing then minds its line, if it may not enter
 //! (`crossings.rs`).
 
-use super::components::{OnRoute, RouteId, VehicleTypeId};
 use super::crossings::{Coming, Inside};
 use super::following::{self, ROUTES_AHEAD, Way};
-use super::forks::Parting;
 use super::lanes::{Entry, Found, Lanes, Role, Stretches};
-use super::routes::Routes;
-use super::signals::Signals;
-use super::types::{VehicleType, VehicleTypes};
 use crate::ecs::parallel::in_parallel;
+use crate::vehicles::components::{OnRoute, RouteId, VehicleTypeId};
+use crate::vehicles::forks::Parting;
+use crate::vehicles::routes::Routes;
+use crate::vehicles::signals::Signals;
+use crate::vehicles::types::{VehicleType, VehicleTypes};
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// What of a vehicle others have to know.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Row {
+pub(crate) struct Row {
     pub number: u32,
     pub kind: VehicleTypeId,
     /// Whether a route drives it; else `on` means nothing.
@@ -45,18 +45,18 @@ pub(super) struct Row {
 /// Vehicles by lane, and what each minds most. Follows from the rest of the world in every step; kept for its memory.
 #[derive(Resource, Default)]
 pub struct Traffic {
-    pub(super) entities: Vec<Entity>,
-    pub(super) rows: Vec<Row>,
+    pub(crate) entities: Vec<Entity>,
+    pub(crate) rows: Vec<Row>,
     /// Rows that no route drives.
     strays: Vec<u32>,
-    pub(super) lanes: Lanes,
+    pub(crate) lanes: Lanes,
     /// Of each row, bits of the largest interaction; positive floats are ordered as their bits.
     interactions: Vec<AtomicU32>,
     /// Of each row, whether there is no room for it beyond the crossing that it comes to.
-    pub(super) blocked: Vec<AtomicBool>,
+    pub(crate) blocked: Vec<AtomicBool>,
     found: Vec<Found>,
-    pub(super) inside: Inside,
-    pub(super) changes: Vec<super::lane_changes::Start>,
+    pub(crate) inside: Inside,
+    pub(crate) changes: Vec<super::lane_changes::Start>,
     /// Vehicles that were put back because their numbers made no sense: their entities, once each.
     pub faults: Vec<Entity>,
 }
@@ -66,22 +66,22 @@ const ROWS: usize = 1024;
 
 impl Traffic {
     /// The largest interaction of a row.
-    pub(super) fn interaction(&self, row: usize) -> f32 {
+    pub(crate) fn interaction(&self, row: usize) -> f32 {
         f32::from_bits(self.interactions[row].load(Ordering::Relaxed))
     }
 
-    pub(super) fn press(&self, row: u32, interaction: f32) {
+    pub(crate) fn press(&self, row: u32, interaction: f32) {
         press(&self.interactions, row, interaction);
     }
 
     /// The entries of a lane, first the hindmost.
-    pub(super) fn lane(&self, lane: u32) -> &[Entry] {
+    pub(crate) fn lane(&self, lane: u32) -> &[Entry] {
         self.lanes.get(lane)
     }
 
     /// After rows were noted: fills the lanes and works out what each of them minds. `is_new`: rows are others than
     /// last time.
-    pub(super) fn observe(&mut self, is_new: bool, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
+    pub(crate) fn observe(&mut self, is_new: bool, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
         self.interactions.resize_with(self.rows.len(), AtomicU32::default);
         self.interactions.iter_mut().for_each(|interaction| *interaction.get_mut() = 0);
         self.blocked.resize_with(self.rows.len(), AtomicBool::default);
@@ -206,7 +206,7 @@ fn enter_routed(
                 return following::interaction(driver, row.speed, 0.0, distance);
             }
             found.coming.extend(Coming::new(index, kind, row.speed, &way, &stop, distance));
-            has_waited &= !matches!(stop.wait, super::routes::Wait::Dwell(_));
+            has_waited &= !matches!(stop.wait, crate::vehicles::routes::Wait::Dwell(_));
         }
         if way.to_end() > f64::from(far) {
             break;
@@ -237,8 +237,8 @@ fn enter_stray(
     found: &mut Found,
 ) {
     let (front, rear) = (kind.front(), kind.rear());
-    let forward = super::steering::forward(row.yaw);
-    let middle = (row.position + super::steering::flat(forward) * (0.5 * (front - rear))).as_dvec3();
+    let forward = crate::vehicles::steering::forward(row.yaw);
+    let middle = (row.position + crate::vehicles::steering::flat(forward) * (0.5 * (front - rear))).as_dvec3();
     let (half_length, half_width) = (0.5 * (front + rear), 0.5 * kind.size.x);
     routes.cells().near(routes, middle, near);
     for &(id, sample, _) in near.iter() {

@@ -8,11 +8,11 @@
 
 use super::following;
 use super::lanes::{Entry, Role};
-use super::routes::{Route, Routes};
 use super::traffic::Traffic;
-use super::types::VehicleTypes;
 use crate::ecs::changes::rows_per_task;
 use crate::ecs::parallel::in_parallel;
+use crate::vehicles::routes::{Route, Routes};
+use crate::vehicles::types::VehicleTypes;
 
 /// b_safe, m/s².
 pub const SAFE_BRAKING: f32 = 4.0;
@@ -32,7 +32,7 @@ const NEAR_ENDS: f32 = 40.0;
 
 /// A change of lane that begins in this step.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Start {
+pub(crate) struct Start {
     pub row: u32,
     pub lane: u8,
 }
@@ -42,7 +42,7 @@ const LEAST: usize = 16;
 
 /// All changes that begin in a step, by row. Drivers consider in turn, lane by lane from the hindmost on; one that
 /// comes later sees the gaps of those before taken.
-pub(super) fn starts(
+pub(crate) fn starts(
     traffic: &Traffic,
     routes: &Routes,
     types: &VehicleTypes,
