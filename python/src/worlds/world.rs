@@ -1,8 +1,8 @@
 //! A world under a lock: what all objects of Python that belong to a `Sim` work on, away from the interpreter.
 
-use crate::device;
 use crate::errors::{Failure, Outcome};
-use crate::watch::Watch;
+use crate::worlds::device;
+use crate::worlds::watch::Watch;
 use pyo3::prelude::*;
 use relief::bevy_ecs::name::Name;
 use relief::bevy_ecs::prelude::{ChildOf, Entity};

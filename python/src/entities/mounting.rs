@@ -1,11 +1,12 @@
 //! How sensors are described by keyword arguments, and mounted.
 
-use crate::arguments::{Argument, Keywords, Names, Row, found, required};
-use crate::entity::{Kind, wrap_as};
+use crate::entities::classes::wrap_as;
+use crate::entities::entity::Kind;
 use crate::errors::Failure;
-use crate::fields;
-use crate::values::{Facing, Numbers, Placing, Size};
-use crate::world::Shared;
+use crate::given::arguments::{Argument, Keywords, Names, Row, found, required};
+use crate::given::fields;
+use crate::given::values::{Facing, Numbers, Placing, Size};
+use crate::worlds::world::Shared;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};

@@ -1,7 +1,7 @@
 //! What sensors of motion give, and those of what is around a vehicle.
 
-use crate::arguments::required;
-use crate::capture::Common;
+use crate::captures::common::Common;
+use crate::given::arguments::required;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use relief::sensors::{GnssCapture, ImuCapture};

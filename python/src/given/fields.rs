@@ -1,9 +1,9 @@
 //! Fields of sensors by the names that scene files have for them, by serde: taken from keywords, and shown as
 //! dictionaries. So their names, kinds and defaults are said once, beside the fields.
 
-use crate::arguments::{Given, Keywords, finite, found, required, wrong_type};
 use crate::errors::Failure;
-use crate::values::Numbers;
+use crate::given::arguments::{Given, Keywords, finite, found, required, wrong_type};
+use crate::given::values::Numbers;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyList};
 use relief::scene::Overrides;

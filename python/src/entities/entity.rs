@@ -1,19 +1,14 @@
 //! Entities of a world, as Python holds them: a world, and a number in it.
 
-use crate::arguments::{Given, required};
 use crate::errors::{Failure, Outcome};
-use crate::light::{LightEntity, refuse_turned};
-use crate::mounting::{self, CameraArguments};
-use crate::portal::Portal;
-use crate::sensor::Sensor;
-use crate::values::{Facing, Numbers, Placing, Point, matrix, transform_of};
-use crate::vehicle::Vehicle;
-use crate::world::{Shared, World};
+use crate::given::arguments::{Given, required};
+use crate::given::light::refuse_turned;
+use crate::given::values::{Facing, Numbers, Placing, Point, matrix, transform_of};
+use crate::worlds::world::{Shared, World};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use relief::bevy_ecs::prelude::{ChildOf, Children};
+use relief::bevy_ecs::prelude::ChildOf;
 use relief::name;
 use relief::systems;
 use relief::systems::run::registry::StateId;
@@ -33,6 +28,12 @@ pub struct Entity {
 }
 
 impl Entity {
+    /// What has that number now.
+    pub fn of(py: Python<'_>, shared: &Arc<Shared>, id: StateId) -> PyResult<Self> {
+        let birth = shared.with(py, move |world| Ok(world.birth(id)))?;
+        Ok(Self { shared: shared.clone(), id, birth })
+    }
+
     /// Does something with its world, in which it still is what it was.
     pub fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut World) -> Outcome<T> + Send) -> PyResult<T> {
         let (id, birth) = (self.id, self.birth);
@@ -82,24 +83,6 @@ impl World {
         let is_top = self.simulation.world.get::<ChildOf>(self.entity(id)?).is_none();
         Ok(if is_top { self.origin() } else { relief::glam::DVec3::ZERO })
     }
-}
-
-/// As the class of its kind.
-pub fn wrap(py: Python<'_>, shared: &Arc<Shared>, id: StateId) -> PyResult<Py<PyAny>> {
-    let kind = shared.with(py, |world| world.kind(id))?;
-    wrap_as(py, shared, id, kind)
-}
-
-pub fn wrap_as(py: Python<'_>, shared: &Arc<Shared>, id: StateId, kind: Kind) -> PyResult<Py<PyAny>> {
-    let birth = shared.with(py, move |world| Ok(world.birth(id)))?;
-    let entity = PyClassInitializer::from(Entity { shared: shared.clone(), id, birth });
-    Ok(match kind {
-        Kind::Vehicle => Py::new(py, entity.add_subclass(Vehicle))?.into_any(),
-        Kind::Light => Py::new(py, entity.add_subclass(LightEntity))?.into_any(),
-        Kind::Sensor => Py::new(py, entity.add_subclass(Sensor))?.into_any(),
-        Kind::Portal => Py::new(py, entity.add_subclass(Portal))?.into_any(),
-        Kind::Other => Py::new(py, entity)?.into_any(),
-    })
 }
 
 #[pymethods]
@@ -211,29 +194,6 @@ impl Entity {
         })
     }
 
-    /// What it is mounted on; ``None``: nothing.
-    #[getter]
-    fn parent(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
-        let id = self.id;
-        let parent = self.with(py, move |world| {
-            let parent = world.simulation.world.get::<ChildOf>(world.entity(id)?).map(ChildOf::parent);
-            Ok(parent.and_then(|parent| world.id(parent)))
-        })?;
-        parent.map(|parent| wrap(py, &self.shared, parent)).transpose()
-    }
-
-    /// What is directly below it.
-    #[getter]
-    fn children(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
-        let id = self.id;
-        let children = self.with(py, move |world| {
-            let children = world.simulation.world.get::<Children>(world.entity(id)?);
-            let children = children.into_iter().flat_map(|children| children.iter());
-            Ok(children.filter_map(|child| world.id(*child)).collect::<Vec<_>>())
-        })?;
-        children.into_iter().map(|child| wrap(py, &self.shared, child)).collect()
-    }
-
     /// Takes it out of its world, with all that is below it. Nothing happens where it is gone.
     fn despawn(&self, py: Python<'_>) -> PyResult<()> {
         let id = self.id;
@@ -269,72 +229,6 @@ impl Entity {
             let origin = world.origin_of(id)?;
             world.move_to(id, |now| Ok(Transform { scale: now.scale, ..placing.transform(origin, facing) }))
         })
-    }
-
-    /// Mounts a camera on it; see `Sim.add_camera`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_camera(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        CameraArguments::read(arguments)?.add(py, &self.shared, name, Some(self.id))
-    }
-
-    /// Mounts a lidar on it; see `Sim.add_lidar`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_lidar(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_lidar(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Mounts an inertial measurement unit on it; see `Sim.add_imu`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_imu(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_imu(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Mounts a receiver of satellite navigation on it; see `Sim.add_gnss`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_gnss(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_gnss(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Has it tell what it touches; see `Collisions`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_collision(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_collision(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Has it tell where in a lane it is; see `LaneReading`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_lane(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_lane(py, &self.shared, name, Some(self.id), arguments)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -1,15 +1,12 @@
 //! What sensors measured, as objects of Python: arrays that own their memory, which is Rust's, handed over.
 
-use crate::arguments::required;
-use crate::camera::CameraCapture;
-use crate::points::LidarCapture;
-use crate::readings::{Collisions, GnssReading, ImuReading, LaneReading};
-use crate::values::matrix;
-use numpy::PyArray2;
+use crate::captures::camera::CameraCapture;
+use crate::captures::common::Common;
+use crate::captures::points::LidarCapture;
+use crate::captures::readings::{Collisions, GnssReading, ImuReading, LaneReading};
+use crate::given::arguments::required;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use relief::glam::DAffine3;
 use relief::name;
 use relief::sensors::{Capture as Captured, SensorCapture, SensorData};
 use relief::systems::sensors::Classes;
@@ -25,29 +22,6 @@ pub struct Capture {
     #[pyo3(get)]
     nanoseconds: u64,
     sensors: Vec<(String, Py<PyAny>)>,
-}
-
-/// What all captures of sensors have.
-pub struct Common {
-    pub step: u64,
-    pub nanoseconds: u64,
-    pub name: String,
-    /// From the axes of its outputs to the scene's coordinates.
-    pub world_from_sensor: DAffine3,
-}
-
-impl Common {
-    pub fn of(capture: &SensorCapture, step: u64, nanoseconds: u64) -> Self {
-        Self { step, nanoseconds, name: capture.name.clone(), world_from_sensor: capture.world_from_outputs() }
-    }
-
-    pub fn seconds(&self) -> f64 {
-        self.nanoseconds as f64 * 1e-9
-    }
-
-    pub fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        matrix(py, &self.world_from_sensor)
-    }
 }
 
 impl Capture {
@@ -138,31 +112,5 @@ impl Capture {
 
     fn __repr__(&self) -> String {
         format!("<capture of step {}: {}>", self.step, self.keys().join(", "))
-    }
-}
-
-/// Arrays by name.
-#[derive(Default)]
-pub struct Arrays(Vec<(&'static str, Py<PyAny>)>);
-
-impl Arrays {
-    pub fn add(&mut self, name: &'static str, array: Bound<'_, PyAny>) {
-        self.0.push((name, array.unbind()));
-    }
-
-    pub fn get(&self, py: Python<'_>, name: &str) -> Option<Py<PyAny>> {
-        self.0.iter().find(|(known, _)| *known == name).map(|(_, array)| array.clone_ref(py))
-    }
-
-    pub fn names(&self) -> Vec<&'static str> {
-        self.0.iter().map(|(name, _)| *name).collect()
-    }
-
-    pub fn dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        for (name, array) in &self.0 {
-            dict.set_item(name, array)?;
-        }
-        Ok(dict)
     }
 }

@@ -1,10 +1,11 @@
 //! What there is in the world of a `Sim`: entities by name, id and kind, roads, classes, types.
 
-use crate::arguments::required;
-use crate::entity::{Kind, wrap, wrap_as};
+use crate::entities::classes::{wrap, wrap_as};
+use crate::entities::entity::Kind;
 use crate::errors::Failure;
-use crate::roads::Route;
-use crate::sim::Sim;
+use crate::given::arguments::required;
+use crate::sims::roads::Route;
+use crate::sims::sim::Sim;
 use numpy::ndarray::{Array2, ArrayView1};
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;

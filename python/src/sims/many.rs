@@ -1,12 +1,12 @@
 //! Several worlds at once: stepped on all threads, and captured together.
 
-use crate::arguments::{Given, items, optional, required, worlds, wrong_type};
-use crate::camera::CameraBatch;
-use crate::capture::Capture;
-use crate::device;
+use crate::captures::camera::CameraBatch;
+use crate::captures::capture::Capture;
 use crate::errors::{Failure, Outcome};
-use crate::sim::{MOST_STEPS, STEPS_AT_ONCE, Sim, is_among, warn};
-use crate::world::{Replay, World};
+use crate::given::arguments::{Given, items, optional, required, wrong_type};
+use crate::sims::sim::{MOST_STEPS, STEPS_AT_ONCE, Sim, is_among, warn};
+use crate::worlds::device;
+use crate::worlds::world::{Replay, World};
 use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
 use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
@@ -14,6 +14,21 @@ use relief::systems::ecs::parallel::map_in_parallel;
 use relief::systems::sensors::{Classes, Sensor, SensorKind};
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Several worlds.
+fn worlds(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Sim>>> {
+    let expected = "a list of Sim";
+    if given.is_instance_of::<Sim>() {
+        return Err(wrong_type(name, expected, given));
+    }
+    let items = items(given).map_err(|_| wrong_type(name, expected, given))?;
+    let world = |(i, item): (usize, PyResult<Bound<'_, PyAny>>)| {
+        let item = item?;
+        let world = item.cast::<Sim>().map(|world| world.clone().unbind());
+        world.map_err(|_| wrong_type(&format!("{name}[{i}]"), "a Sim", &item))
+    };
+    items.enumerate().map(world).collect()
+}
 
 /// Does something with several worlds, in the order in which they are given, without the interpreter.
 fn with_all<T: Send>(

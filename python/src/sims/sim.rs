@@ -1,10 +1,10 @@
 //! `Sim`: a world of a scene, and its run.
 
-use crate::arguments::{Bytes, Given, optional, required};
-use crate::capture::Capture;
+use crate::captures::capture::Capture;
 use crate::errors::{Failure, Outcome};
-use crate::fields;
-use crate::world::{Scene, Shared, World};
+use crate::given::arguments::{Bytes, Given, optional, required};
+use crate::given::fields;
+use crate::worlds::world::{Scene, Shared, World};
 use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
@@ -95,7 +95,7 @@ impl Sim {
         let step_seconds = optional::<f64>("step_seconds", step_seconds)?;
         let overrides = fields::overrides(step_seconds, [("geo_origin", geo_origin), ("environment", environment)])?;
         let (scene, seed) = (optional::<PathBuf>("scene", scene)?, optional::<u64>("seed", seed)?);
-        crate::device::check_process()?;
+        crate::worlds::device::check_process()?;
         let scene = scene.map_or_else(|| field(py), Ok)?;
         of_package(py, &scene)?;
         let made = py.detach(|| Ok::<_, Failure>(World::new(Arc::new(Scene::load(&scene, overrides)?), seed)));

@@ -1,8 +1,8 @@
 //! What lidars give.
 
-use crate::arguments::required;
-use crate::capture::{Arrays, Common};
-use crate::values::matrix;
+use crate::captures::common::{Arrays, Common};
+use crate::given::arguments::required;
+use crate::given::values::matrix;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};

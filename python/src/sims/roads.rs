@@ -1,9 +1,9 @@
 //! Routes and signals of a world, as data; signals that are held.
 
-use crate::arguments::{Argument, Given, Names, Row, finite, optional, required, wrong_type};
 use crate::errors::{Failure, Outcome};
-use crate::sim::Sim;
-use crate::world::World;
+use crate::given::arguments::{Argument, Given, Names, Row, finite, optional, required, wrong_type};
+use crate::sims::sim::Sim;
+use crate::worlds::world::World;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;

@@ -1,9 +1,9 @@
 //! Vehicles.
 
-use crate::arguments::{Given, optional, required};
-use crate::entity::Entity;
+use crate::entities::entity::Entity;
 use crate::errors::{Failure, Outcome};
-use crate::world::World;
+use crate::given::arguments::{Given, optional, required};
+use crate::worlds::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DVec3;

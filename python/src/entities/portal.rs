@@ -1,8 +1,8 @@
 //! Portals between rooms: doors and windows.
 
-use crate::arguments::required;
-use crate::entity::Entity;
+use crate::entities::entity::Entity;
 use crate::errors::Failure;
+use crate::given::arguments::required;
 use pyo3::prelude::*;
 use relief::systems::cells;
 use relief::systems::run::standard_inputs::SetPortal;

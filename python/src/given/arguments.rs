@@ -3,7 +3,6 @@
 //! Functions take what is given as it comes, as [`Given`], and read it here by its name. What has many arguments takes
 //! them as [`Keywords`].
 
-use crate::sim::Sim;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{
@@ -192,21 +191,6 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Names {
 }
 
 argument! { Names: "a string, or a list of strings"; }
-
-/// Several worlds.
-pub fn worlds(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Sim>>> {
-    let expected = "a list of Sim";
-    if given.is_instance_of::<Sim>() {
-        return Err(wrong_type(name, expected, given));
-    }
-    let items = items(given).map_err(|_| wrong_type(name, expected, given))?;
-    let world = |(i, item): (usize, PyResult<Bound<'_, PyAny>>)| {
-        let item = item?;
-        let world = item.cast::<Sim>().map(|world| world.clone().unbind());
-        world.map_err(|_| wrong_type(&format!("{name}[{i}]"), "a Sim", &item))
-    };
-    items.enumerate().map(world).collect()
-}
 
 /// A finite number.
 pub fn finite(name: &str, number: f64) -> PyResult<f64> {

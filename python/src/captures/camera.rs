@@ -1,8 +1,8 @@
 //! What cameras give: one of one world, or the same camera of several.
 
-use crate::arguments::required;
-use crate::capture::{Arrays, Common};
-use crate::sensor::{camera_matrix, coefficients, model};
+use crate::captures::common::{Arrays, Common};
+use crate::captures::lens::{camera_matrix, coefficients, model};
+use crate::given::arguments::required;
 use numpy::ndarray::ArrayD;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError};

@@ -1,7 +1,7 @@
 //! Values of arguments: numbers in sequences or arrays, places, and how things are turned.
 
-use crate::arguments::{Argument, Given, found, items, number, optional};
 use crate::errors::{Failure, Outcome};
+use crate::given::arguments::{Argument, Given, found, items, number, optional};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};

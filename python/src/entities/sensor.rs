@@ -1,36 +1,14 @@
 //! Sensors of a world.
 
-use crate::entity::Entity;
+use crate::captures::lens::{camera_matrix, coefficients, model};
+use crate::entities::entity::Entity;
 use crate::errors::{Failure, Outcome};
-use crate::fields;
-use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use crate::given::fields;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use relief::export::ros::Distortion;
 use relief::sensors::sensor_name;
-use relief::systems::draw::Intrinsics;
 use relief::systems::sensors::{self, Lens, SensorKind};
-
-/// A matrix of 3 by 3, float64.
-pub fn camera_matrix<'py>(py: Python<'py>, own: &Intrinsics) -> Bound<'py, PyArray2<f64>> {
-    let rows = [[own.fx, 0.0, own.cx], [0.0, own.fy, own.cy], [0.0, 0.0, 1.0]];
-    Array2::from_shape_fn((3, 3), |(row, column)| rows[row][column]).into_pyarray(py)
-}
-
-/// OpenCV's, float64.
-pub fn coefficients<'py>(py: Python<'py>, lens: &Lens) -> Bound<'py, PyArray1<f64>> {
-    Distortion::of(lens).parts().1.to_vec().into_pyarray(py)
-}
-
-/// As ROS calls it.
-pub fn model(lens: &Lens) -> &'static str {
-    match Distortion::of(lens) {
-        Distortion::PlumbBob(_) => "plumb_bob",
-        Distortion::RationalPolynomial(_) => "rational_polynomial",
-        Distortion::Equidistant(_) => "equidistant",
-    }
-}
 
 /// Of a camera whose projection is not parallel.
 fn lens(own: &PyRef<'_, Sensor>) -> PyResult<Option<Lens>> {

@@ -1,13 +1,14 @@
 //! What `Sim` brings into being: vehicles, lights, copies of what is drawn, sensors.
 
-use crate::arguments::{Given, optional, required, wrong_type};
-use crate::entity::{Entity, Kind, wrap_as};
+use crate::entities::classes::wrap_as;
+use crate::entities::entity::{Entity, Kind};
+use crate::entities::mounting::{CameraArguments, add_gnss, add_imu, add_lidar};
 use crate::errors::{Failure, Outcome};
-use crate::light::{Light, refuse_turned};
-use crate::mounting::{CameraArguments, add_gnss, add_imu, add_lidar};
-use crate::sim::Sim;
-use crate::values::{Facing, Numbers, Placing, Point};
-use crate::world::World;
+use crate::given::arguments::{Given, optional, required, wrong_type};
+use crate::given::light::{Light, refuse_turned};
+use crate::given::values::{Facing, Numbers, Placing, Point};
+use crate::sims::sim::Sim;
+use crate::worlds::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::{DVec3, Vec3};
