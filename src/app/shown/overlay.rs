@@ -1,6 +1,6 @@
 //! What is painted over the scene: lines from an object to its lights, and the speed of what is driven.
 
-use super::details::{ObjectLights, colors};
+use crate::app::shown::object_lights::{ObjectLights, colors};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};
 use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 use systems::draw::View;
@@ -38,7 +38,7 @@ pub fn speed(painter: &Painter, speed: &str, above: f32) {
 }
 
 /// Writes a text that can be read on any ground.
-pub(super) fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, font: FontId, color: Color32) {
+pub fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, font: FontId, color: Color32) {
     // A large one casts a wider shadow.
     let shadow = egui::Vec2::splat(if font.size > 20.0 { 1.5 } else { 1.0 });
     painter.text(at + shadow, align, text, font.clone(), Color32::BLACK);
@@ -46,7 +46,7 @@ pub(super) fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, font:
 }
 
 /// The ends of a segment in a picture of some size, origin at the top left; `None` where all of it is behind the eye.
-pub(super) fn on_screen(clip_from_world: &Mat4, from: Vec3, to: Vec3, size: Vec2) -> Option<(Vec2, Vec2)> {
+pub fn on_screen(clip_from_world: &Mat4, from: Vec3, to: Vec3, size: Vec2) -> Option<(Vec2, Vec2)> {
     let (a, b) = (*clip_from_world * from.extend(1.0), *clip_from_world * to.extend(1.0));
     // The near plane is z = w (depth is reversed); what lies in front of it has z < w.
     let (inside_a, inside_b) = (a.w - a.z, b.w - b.z);

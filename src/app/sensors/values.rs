@@ -1,6 +1,6 @@
 //! What a sensor measured at a place of its picture, as text.
 
-use super::sensors::Choice;
+use crate::app::sensors::choice::Choice;
 use crate::name;
 use crate::sensors::{CameraCapture, Flow, ObjectBox, SensorCapture, SensorData, entity_of_number, flags};
 use bevy_ecs::prelude::*;

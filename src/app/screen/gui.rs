@@ -123,7 +123,7 @@ impl Drop for Gui {
 }
 
 /// Small and dark; nothing casts a shadow, which would darken the scene beside the panel.
-pub(super) fn set_style(style: &mut egui::Style) {
+pub fn set_style(style: &mut egui::Style) {
     let font = |size| FontId::new(size, FontFamily::Proportional);
     style.text_styles = [
         (TextStyle::Small, font(10.5)),

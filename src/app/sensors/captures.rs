@@ -1,7 +1,7 @@
 //! The last captures of the sensors that are looked at, and what is painted of them.
 
-use super::sensor_overlay::Dots;
-use super::sensors::Choice;
+use crate::app::sensors::choice::Choice;
+use crate::app::sensors::dots::Dots;
 use crate::renderer::{Gpu, RenderError, Settings};
 use crate::sensors::pictures::{Picture, Scale, reach_from_above};
 use crate::sensors::{SensorCapture, SensorData, SensorSuite};

@@ -1,7 +1,8 @@
 //! The sensors in the panel: which are looked at, and what of them.
 
-use super::sensors::{self, Choice, SensorViews};
-use super::viewer::Viewer;
+use crate::app::sensors::choice::{self, Choice};
+use crate::app::sensors::views::SensorViews;
+use crate::app::viewer::Viewer;
 use bevy_ecs::prelude::*;
 use egui::{Align, Label, Layout, RichText, ScrollArea, Sense, Ui};
 use systems::sensors::Sensor;
@@ -25,7 +26,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, sensors: &[(String, Entity)]) {
                 let mut clicked = ui.checkbox(&mut open, "").changed();
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     let rate = if sensor.every == 1 { String::new() } else { format!(", every {}", sensor.every) };
-                    ui.weak(RichText::new(format!("{}{rate}", sensors::description(sensor))).small());
+                    ui.weak(RichText::new(format!("{}{rate}", choice::description(sensor))).small());
                     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                         clicked |= ui.add(Label::new(name).truncate().sense(Sense::click())).clicked();
                     });

@@ -1,7 +1,7 @@
 //! What a window draws with. Where the device is lost it is opened anew; nothing of the world is in it.
 
-use super::gui::Gui;
-use super::surface::Screen;
+use crate::app::screen::gui::Gui;
+use crate::app::screen::surface::Screen;
 use crate::renderer::{Gpu, GpuError, SingleView};
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,10 +1,11 @@
 //! The panel: what the last frame did, and the switches of the view. In the other corner, a card about one object.
 
-use super::entities::EntityList;
-use super::input::{Command, KEYS, POINTER};
-use super::timing::Timing;
-use super::viewer::Viewer;
-use super::{details, legend, light_editor, sensor_panel};
+use crate::app::control::input::{Command, KEYS, POINTER};
+use crate::app::shown::details::{self, row};
+use crate::app::shown::entities::EntityList;
+use crate::app::shown::{legend, light_editor, object_lights, sensor_panel};
+use crate::app::timing::Timing;
+use crate::app::viewer::Viewer;
 use crate::name;
 use crate::renderer::{DebugView, Occlusion, RenderStats, Settings, VisibleCounts};
 use crate::sensors::sensor_names;
@@ -86,13 +87,6 @@ fn section<R>(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut U
     ui.add_space(3.0);
     ui.separator();
     CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, contents);
-}
-
-/// A name and its value in a grid.
-pub fn row(ui: &mut Ui, name: &str, value: &str) {
-    ui.weak(name);
-    ui.add(egui::Label::new(value).truncate());
-    ui.end_row();
 }
 
 fn headline(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
@@ -270,9 +264,9 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
             ui.set_width(CARD_WIDTH);
             let world = &mut viewer.simulation.world;
             ui.label(RichText::new(name::of_entity(world, object)).strong());
-            let lights = details::object_lights(world, object, viewer.pointed_at);
+            let lights = object_lights::object_lights(world, object, viewer.pointed_at);
             if let Some(lights) = &lights {
-                let clicked = details::show_lights(ui, world, lights);
+                let clicked = object_lights::show_lights(ui, world, lights);
                 viewer.selected = clicked.or(viewer.selected);
             }
             details::show(ui, world, object);
@@ -320,7 +314,7 @@ mod tests {
     /// Right edges of the texts that are laid out in a panel, and that of the room they have; points.
     fn edges_of(size: egui::Vec2, mut contents: impl FnMut(&mut Ui)) -> Vec<(String, f32, f32)> {
         let context = egui::Context::default();
-        context.all_styles_mut(crate::app::gui::set_style);
+        context.all_styles_mut(crate::app::screen::gui::set_style);
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
         let mut shapes = Vec::new();
         // A grid knows the widths of its columns from the second time on.

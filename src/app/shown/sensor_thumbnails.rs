@@ -1,8 +1,10 @@
 //! What sensors measured last: thumbnails along the lower edge of the view, or one in full size.
 
-use super::sensor_captures::{Captured, Painted};
-use super::sensors::{Choice, SensorViews};
-use super::{legend, sensor_panel, sensor_values, sensors};
+use crate::app::sensors::captures::{Captured, Painted};
+use crate::app::sensors::choice::{self, Choice};
+use crate::app::sensors::values;
+use crate::app::sensors::views::SensorViews;
+use crate::app::shown::{legend, sensor_panel};
 use crate::name;
 use crate::sensors::pictures::Scale;
 use bevy_ecs::prelude::*;
@@ -103,7 +105,7 @@ fn full(ui: &mut Ui, room: Rect, views: &mut SensorViews, world: &World, entity:
                 closed = ui.button("back (Esc)").clicked();
                 if let Some(captured) = views.captures.get(entity) {
                     ui.strong(&captured.capture.name);
-                    ui.weak(format!("{}, step {}", sensors::description(sensor), captured.step));
+                    ui.weak(format!("{}, step {}", choice::description(sensor), captured.step));
                 }
             });
             sensor_panel::choices(ui, views, entity, sensor);
@@ -141,7 +143,7 @@ fn picture(ui: &mut Ui, captured: &mut Captured, choice: Option<Choice>, world: 
     if let Some((at, choice)) = response.hover_pos().zip(choice) {
         let place = (at - rect.min) / rect.size();
         let place = glam::Vec2::new(place.x, place.y);
-        if let Some(text) = sensor_values::at(world, &captured.capture, choice, place, reach) {
+        if let Some(text) = values::at(world, &captured.capture, choice, place, reach) {
             beside(ui.painter(), ui.max_rect(), at, &text);
         }
     }

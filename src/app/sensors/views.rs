@@ -1,57 +1,14 @@
-//! What of the sensors is looked at: thumbnails, the one in full size, frusta and beams. Where nothing is, nothing is
+//! Sensors that are looked at: thumbnails, the one in full size, frusta and beams. Where nothing is, nothing is
 //! captured and nothing kept.
-//!
-//! ```text
-//! sensors            what is looked at, and how
-//! sensor_captures    the last captures of these, and their pictures
-//! sensor_panel       the switches
-//! sensor_thumbnails  thumbnails, and the one in full size; sensor_values: what is under the pointer
-//! sensor_overlay     frusta and points over the scene
-//! ```
 
-use super::sensor_captures::SensorCaptures;
+use crate::app::sensors::captures::SensorCaptures;
+use crate::app::sensors::choice::Choice;
 use crate::renderer::{Gpu, RenderError, Settings};
-use crate::sensors::pictures::PointValue;
 use crate::sensors::sensor_names;
 use bevy_ecs::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use systems::Simulation;
-use systems::sensors::{CameraOutput, Sensor, SensorKind};
-
-/// What is shown of a sensor that has pictures.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Choice {
-    /// Of a camera.
-    Output(CameraOutput),
-    /// Of a lidar: what the colours of its points stand for.
-    Points(PointValue),
-}
-
-impl Choice {
-    /// What can be shown of a sensor, with names, what is shown at first before all others. Empty for sensors without
-    /// pictures: theirs are read as text.
-    pub fn all_of(sensor: &Sensor) -> Vec<(&'static str, Self)> {
-        match &sensor.kind {
-            SensorKind::Camera(camera) => {
-                camera.outputs.iter().map(|(name, output)| (name, Self::Output(output))).collect()
-            }
-            SensorKind::Lidar(_) => PointValue::ALL.map(|(name, value)| (name, Self::Points(value))).to_vec(),
-            _ => Vec::new(),
-        }
-    }
-}
-
-/// A sensor's kind and size, in a few words.
-pub fn description(sensor: &Sensor) -> String {
-    match &sensor.kind {
-        SensorKind::Camera(camera) => format!("camera {} × {}", camera.size.0, camera.size.1),
-        SensorKind::Lidar(lidar) => format!("lidar {} × {}", lidar.beams.rings().len(), lidar.columns),
-        SensorKind::Imu(_) => "IMU".to_owned(),
-        SensorKind::Gnss(_) => "GNSS".to_owned(),
-        SensorKind::Collision(_) => "collision".to_owned(),
-        SensorKind::Lane(_) => "lane".to_owned(),
-    }
-}
+use systems::sensors::{Sensor, SensorKind};
 
 /// What of the sensors is looked at.
 pub struct SensorViews {
@@ -171,7 +128,8 @@ impl SensorViews {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use systems::sensors::{CameraSensor, LidarSensor};
+    use crate::sensors::pictures::PointValue;
+    use systems::sensors::{CameraOutput, CameraSensor, LidarSensor};
 
     #[test]
     fn thumbnails_come_and_go_one_by_one_and_all_together() {

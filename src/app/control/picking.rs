@@ -22,7 +22,7 @@ pub fn pick(renderer: &mut SingleView, view: &View, at: Vec2) -> Option<Hit> {
 
 /// The point seen at a place of the picture, in pixels from its corner, at a distance along the viewing direction;
 /// world space.
-pub(super) fn point_at(view: &View, pixel: Vec2, depth: f32) -> Vec3 {
+pub fn point_at(view: &View, pixel: Vec2, depth: f32) -> Vec3 {
     let size = Vec2::new(view.width as f32, view.height as f32);
     let clip = (pixel / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
     let clip_from_view = view.clip_from_view();
