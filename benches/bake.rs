@@ -9,7 +9,7 @@ mod models;
 
 use cpu_time::ProcessTime;
 use glam::Affine3A;
-use relief::maps::bake::{BakeOptions, Reach, Role, Surface, Target, bake};
+use relief::tools::maps::bake::{BakeOptions, Reach, Role, Surface, Target, bake};
 use std::path::Path;
 use std::time::Instant;
 

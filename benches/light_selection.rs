@@ -16,7 +16,7 @@ use cpu_time::{ProcessTime, ThreadTime};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Affine3A, Quat, Vec3};
-use relief::bench::{Movers, NightLights};
+use relief::tools::bench::{Movers, NightLights};
 use std::hint::black_box;
 use std::time::Duration;
 use systems::Simulation;

@@ -14,13 +14,13 @@
 use clap::Parser;
 use cpu_time::ProcessTime;
 use glam::Mat4;
-use relief::bench::memory_mb;
 use relief::export::array::{Array, Values};
 use relief::export::npy;
 use relief::output::{OutputError, write_whole_with};
 use relief::prelude::*;
 use relief::renderer::Gpu;
 use relief::sense::{CameraCapture, SensorSuite};
+use relief::tools::bench::memory_mb;
 use serde_json::json;
 use std::collections::HashMap;
 use std::error::Error;

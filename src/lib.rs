@@ -18,13 +18,10 @@
 //! export    arrays, labels and messages as the bytes of files
 //! frames    scenes to pictures; Headless for programs of one's own   app      the window, its keys and panel
 //! renderer  all that draws scenes, by wgpu                           check    everything wrong with a file
-//! compare   how far two pictures are apart                           light_error   a scene by light policies
-//! gallery   a scene once for each of its mesh variants               maps     the map tools
-//! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
-//! technique_error   every bump technique against real geometry       bench    what many objects cost
-//! sense     cameras, lidars and other sensors, captured together        box_tree, triangle_tree   what rays meet
+//! sense     cameras, lidars and other sensors, captured together     box_tree, triangle_tree   what rays meet
 //! data      captures as files: formats, data sets, runs in parts that many machines render
-//! viewpoint what is looked through                                     problem, name, output, video, demo  shared
+//! tools     what measures and compares, and makes maps               recording   runs as files, to be replayed
+//! viewpoint what is looked through                                   problem, name, output, video, demo  shared
 //! ```
 //!
 //! Programs begin with [`prelude`]; `examples/` continue from there; `docs/extending.md` says where your own code joins
@@ -32,37 +29,24 @@
 //! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
-//! rigid bodies), `window` (`app`), `tools` (`bench`, `compare`, `gallery`, `light_error`, `maps`, `shadow_error` and
-//! `technique_error`), `cli` (`commands`: the program `relief`). `physics`, `window` and `cli` bring `vehicles` with
-//! them.
+//! rigid bodies), `window` (`app`), `tools`, `cli` (`commands`: the program `relief`). `physics`, `window` and `cli`
+//! bring `vehicles` with them.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 
 pub mod animation;
 #[cfg(feature = "window")]
 pub mod app;
-#[cfg(feature = "tools")]
-pub mod bench;
 mod box_tree;
 pub mod check;
 #[cfg(feature = "cli")]
 pub mod commands;
-#[cfg(feature = "tools")]
-pub mod compare;
 pub mod data;
 pub mod demo;
 pub mod export;
-#[cfg(feature = "tools")]
-pub mod frame_error;
 pub mod frame_time;
 pub mod frames;
-#[cfg(feature = "tools")]
-pub mod gallery;
 pub mod import;
-#[cfg(feature = "tools")]
-pub mod light_error;
-#[cfg(feature = "tools")]
-pub mod maps;
 pub mod name;
 pub mod output;
 pub mod prelude;
@@ -72,11 +56,7 @@ pub mod renderer;
 pub mod scene;
 pub mod sense;
 #[cfg(feature = "tools")]
-pub mod shadow_error;
-#[cfg(feature = "tools")]
-pub mod technique_error;
-#[cfg(feature = "tools")]
-mod traced;
+pub mod tools;
 mod triangle_tree;
 pub mod video;
 pub mod viewpoint;

@@ -5,8 +5,8 @@ mod common;
 
 use common::text;
 use glam::Vec3;
-use relief::bench::{Grid, GridMesh, GridPlan, GridView};
 use relief::renderer::{Gpu, Settings, SingleView};
+use relief::tools::bench::{Grid, GridMesh, GridPlan, GridView};
 use relief::viewpoint::Viewpoint;
 use serde_json::Value;
 use std::fs;

@@ -4,7 +4,7 @@
 mod common;
 
 use image::{ImageBuffer, Luma, Rgb, RgbImage};
-use relief::technique_error::{BaseMesh, CompareJob, Report, Row, measure};
+use relief::tools::technique_error::{BaseMesh, CompareJob, Report, Row, measure};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -2,9 +2,9 @@
 
 mod common;
 
-use relief::frame_error::FrameErrorJob;
 use relief::frames::LoadOptions;
-use relief::light_error::{LightReport, PolicyError, measure};
+use relief::tools::frame_error::FrameErrorJob;
+use relief::tools::light_error::{LightReport, PolicyError, measure};
 use std::fs;
 use std::path::Path;
 

@@ -4,8 +4,10 @@
 mod models;
 
 use glam::{Affine3A, Quat, UVec2, Vec2, Vec3};
-use relief::maps::Raster;
-use relief::maps::bake::{BakeOptions, Baked, Coverage, Reach, Role, Surface, Target, Texel, Unwrap, Wanted, bake};
+use relief::tools::maps::Raster;
+use relief::tools::maps::bake::{
+    BakeOptions, Baked, Coverage, Reach, Role, Surface, Target, Texel, Unwrap, Wanted, bake,
+};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::num::NonZero;
 use systems::assets::{Mesh, shapes};

@@ -4,8 +4,8 @@
 
 mod common;
 
-use relief::maps::files;
-use relief::maps::{
+use relief::tools::maps::files;
+use relief::tools::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, NormalOptions, Polish, Raster, Relief, SpecularModel,
     SpecularOptions, height_from_color, horizon_from_height, normal_from_height, offset_from_height, specular_from,
 };

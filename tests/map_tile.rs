@@ -5,8 +5,8 @@ mod common;
 mod models;
 
 use glam::{Affine3A, Vec3};
-use relief::maps::bake::{BakeOptions, Baked, Role, Surface, Target, TileOptions, Wanted, bake_tile};
-use relief::maps::{Edges, Raster};
+use relief::tools::maps::bake::{BakeOptions, Baked, Role, Surface, Target, TileOptions, Wanted, bake_tile};
+use relief::tools::maps::{Edges, Raster};
 use std::f32::consts::TAU;
 use std::num::NonZero;
 use systems::assets::{Mesh, shapes};

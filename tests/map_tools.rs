@@ -3,7 +3,7 @@
 mod common;
 
 use common::{assert_fails, text};
-use relief::maps::files;
+use relief::tools::maps::files;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -341,7 +341,7 @@ fn a_published_normal_map_is_the_one_made_of_its_heights() {
     let (ours, theirs) = (files::read(&folder.path().join("n.png")), files::read(&set.join("cube_normal.png")));
     let (ours, theirs) = (ours.expect("a map"), theirs.expect("a map"));
     for channel in 0..2 {
-        let of = |map: &relief::maps::Raster| -> Vec<f32> {
+        let of = |map: &relief::tools::maps::Raster| -> Vec<f32> {
             map.values.chunks_exact(map.channels).map(|texel| texel[channel] - 0.5).collect()
         };
         let (a, b) = (of(&ours), of(&theirs));

@@ -5,13 +5,13 @@ mod common;
 use glam::{Quat, UVec2, Vec2, Vec3};
 use proptest::prelude::*;
 use relief::frames::Headless;
-use relief::maps::files::{self, Bits};
-use relief::maps::preview::add_map;
-use relief::maps::{
+use relief::renderer::{DebugView, Settings, SingleView};
+use relief::tools::maps::files::{self, Bits};
+use relief::tools::maps::preview::add_map;
+use relief::tools::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, NormalOptions, Polish, Raster, Relief, SpecularModel,
     SpecularOptions, height_from_color, horizon_from_height, normal_from_height, offset_from_height, specular_from,
 };
-use relief::renderer::{DebugView, Settings, SingleView};
 use systems::Simulation;
 use systems::assets::{ImageKind, Library, Material, Technique, shapes};
 use systems::draw::Camera;

@@ -13,8 +13,8 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3, Vec4};
-use relief::compare::luminance;
 use relief::renderer::{Gpu, PICTURE_FORMAT, Settings, SingleView};
+use relief::tools::compare::luminance;
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::{Image, ImageKind, Library, Map, Material, shapes};

@@ -4,9 +4,9 @@ mod common;
 
 use glam::{DVec2, DVec3};
 use image::RgbImage;
-use relief::frame_error::FrameErrorJob;
 use relief::frames::LoadOptions;
-use relief::shadow_error::{ShadowError, ShadowReport, measure};
+use relief::tools::frame_error::FrameErrorJob;
+use relief::tools::shadow_error::{ShadowError, ShadowReport, measure};
 use std::fs;
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;

@@ -4,9 +4,9 @@ mod common;
 
 use common::bumps::{Stage, difference};
 use glam::{Quat, Vec2, Vec3};
-use relief::maps::files::Bits;
-use relief::maps::preview::add_map;
-use relief::maps::{
+use relief::tools::maps::files::Bits;
+use relief::tools::maps::preview::add_map;
+use relief::tools::maps::{
     HeightOptions, HorizonOptions, NormalOptions, Raster, Relief, files, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height,
 };

@@ -1,43 +1,31 @@
 //! The Python package's extension module, `relief._relief`: worlds, entities, sensors and their captures.
 //!
 //! ```text
-//! world     a world under a lock, and what is done with it away from the interpreter
-//! sim       Sim: a world of a scene, and its run; spawning, contents: what comes into being, and is there; many:
-//!           several worlds at once
-//! entity    what is in a world: vehicle, light, portal, sensor; roads: routes and signals
-//! capture   what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
-//! mounting  sensors by their keywords; fields: those that are named as in scene files
-//! arguments what calls are given, and errors that name it; values: numbers, places
-//! errors    exceptions; device: the graphics device of the process; watch: captures that were left out
+//! errors    exceptions
+//! given     arguments of calls, and errors that name them; values: numbers, places; fields: those that are named as in
+//!           scene files; light: what a light shines like
+//! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device of
+//!           the process; watch: captures that were left out
+//! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
+//! entities  entity: what is in a world; vehicle, light, portal, sensor; mounting: sensors by their keywords; mounted:
+//!           entities on others
+//! sims      sim: Sim, a world of a scene, and its run; spawning, contents: what comes into being, and is there; roads:
+//!           routes and signals; many: several worlds at once
 //! program   the command line
 //! ```
+//!
+//! Each line uses those above it.
 //!
 //! A world has a number for each entity; an object of Python is the world and that number. What takes time lets go of
 //! the interpreter first and takes the world's lock then. Arrays are the vectors that Rust has made: nothing is copied.
 
-mod arguments;
-mod camera;
-mod capture;
-mod contents;
-mod device;
-mod entity;
+mod captures;
+mod entities;
 mod errors;
-mod fields;
-mod light;
-mod many;
-mod mounting;
-mod points;
-mod portal;
+mod given;
 mod program;
-mod readings;
-mod roads;
-mod sensor;
-mod sim;
-mod spawning;
-mod values;
-mod vehicle;
-mod watch;
-mod world;
+mod sims;
+mod worlds;
 
 use pyo3::prelude::*;
 
@@ -51,31 +39,33 @@ mod _relief {
     #[allow(non_upper_case_globals)]
     const __version__: &str = env!("CARGO_PKG_VERSION");
     #[pymodule_export]
-    use crate::camera::{CameraBatch, CameraCapture};
+    use crate::captures::camera::{CameraBatch, CameraCapture};
     #[pymodule_export]
-    use crate::capture::Capture;
+    use crate::captures::capture::Capture;
     #[pymodule_export]
-    use crate::entity::Entity;
+    use crate::captures::points::LidarCapture;
     #[pymodule_export]
-    use crate::light::{Light, LightEntity};
+    use crate::captures::readings::{Collisions, Contact, GnssReading, ImuReading, LaneReading};
     #[pymodule_export]
-    use crate::many::{adapter, capture, capture_due, look, replay, set_threads, step};
+    use crate::entities::entity::Entity;
     #[pymodule_export]
-    use crate::points::LidarCapture;
+    use crate::entities::light::LightEntity;
     #[pymodule_export]
-    use crate::portal::Portal;
+    use crate::entities::portal::Portal;
+    #[pymodule_export]
+    use crate::entities::sensor::Sensor;
+    #[pymodule_export]
+    use crate::entities::vehicle::Vehicle;
+    #[pymodule_export]
+    use crate::given::light::Light;
     #[pymodule_export]
     use crate::program::run_program;
     #[pymodule_export]
-    use crate::readings::{Collisions, Contact, GnssReading, ImuReading, LaneReading};
+    use crate::sims::many::{adapter, capture, capture_due, look, replay, set_threads, step};
     #[pymodule_export]
-    use crate::roads::Route;
+    use crate::sims::roads::Route;
     #[pymodule_export]
-    use crate::sensor::Sensor;
-    #[pymodule_export]
-    use crate::sim::{Recording, Sim};
-    #[pymodule_export]
-    use crate::vehicle::Vehicle;
+    use crate::sims::sim::{Recording, Sim};
 
     /// Finds numpy, which arrays are made with: later an interrupt could come between, where that is no exception.
     #[pymodule_init]

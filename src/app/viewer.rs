@@ -1,11 +1,11 @@
 //! What is looked at and how: the world, the view's settings, the selection. No window here, and a GPU only where
 //! sensors are captured.
 
-use super::Options;
-use super::camera::Controller;
-use super::driving::{self, Wheel};
-use super::input::Command;
-use super::sensors::SensorViews;
+use crate::app::control::camera::Controller;
+use crate::app::control::driving::{self, Wheel};
+use crate::app::control::input::Command;
+use crate::app::options::Options;
+use crate::app::sensors::views::SensorViews;
 use crate::name;
 use crate::recording::{RecordingError, Stepper};
 use crate::renderer::{DebugView, Settings};

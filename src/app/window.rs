@@ -1,13 +1,15 @@
 //! Events in, frames out.
 
-use super::driving::Wheel;
-use super::graphics::Graphics;
-use super::input::{self, Gesture, Pointer};
-use super::panel::{FrameInfo, SidePanel};
-use super::picking::{self, Hit};
-use super::timing::Timing;
-use super::viewer::{Effect, Viewer};
-use super::{AppError, Options, details, overlay, panel, sensor_overlay, sensor_thumbnails};
+use crate::app::control::driving::Wheel;
+use crate::app::control::input::{self, Gesture, Pointer};
+use crate::app::control::picking::{self, Hit};
+use crate::app::error::{AppError, no_display};
+use crate::app::options::Options;
+use crate::app::screen::graphics::Graphics;
+use crate::app::shown::panel::{self, FrameInfo, SidePanel};
+use crate::app::shown::{details, object_lights, overlay, sensor_overlay, sensor_thumbnails};
+use crate::app::timing::Timing;
+use crate::app::viewer::{Effect, Viewer};
 use crate::frames::{self, LoadOptions};
 use crate::output;
 use crate::renderer::{RenderError, RenderStats, instance_flags};
@@ -145,7 +147,7 @@ impl Open {
         let attributes = Window::default_attributes()
             .with_title(format!("Relief — {}", options.title))
             .with_inner_size(PhysicalSize::new(options.size.0, options.size.1));
-        let window = event_loop.create_window(attributes).map_err(|error| super::no_display(&error))?;
+        let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let instance =
@@ -383,7 +385,8 @@ impl Open {
         let still_for = gui.run(window, |ui| {
             // Painted first, so that the panel is above the lines.
             if let Some(object) = viewer.pointed_out().filter(|_| viewer.light_lines)
-                && let Some(lights) = details::object_lights(&mut viewer.simulation.world, object, viewer.pointed_at)
+                && let Some(lights) =
+                    object_lights::object_lights(&mut viewer.simulation.world, object, viewer.pointed_at)
             {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
                 overlay::paint(ui.painter(), view, &lights, room);

@@ -1,7 +1,7 @@
 //! `relief check`.
 
-use super::failure::{Failure, say};
 use crate::check;
+use crate::commands::common::failure::{Failure, say};
 use clap::Args;
 use std::path::PathBuf;
 use systems::Simulation;

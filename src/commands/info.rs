@@ -1,6 +1,6 @@
 //! `relief info`.
 
-use super::failure::{Failure, say};
+use crate::commands::common::failure::{Failure, say};
 use crate::renderer::Gpu;
 
 pub fn run() -> Result<(), Failure> {

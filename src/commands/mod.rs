@@ -4,62 +4,38 @@
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.
 //!
 //! ```text
-//! run, render, replay, check, info    a command each
-//! split, shard, merge    a run in parts, and one of these
-//! tools      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
-//! window     what `run` and `replay` show; without the feature `window`, a picture
-//! view       what several commands take;  arguments: how their values are read
-//! progress   bars on a terminal
-//! failure    messages and exit codes
-//! display    a command without a window asks no display for anything
-//! log        warnings and errors on standard error
+//! common/     what several commands take and say
+//! rendering/  render, split, merge, and rendering a shard
+//! window      what `run` and `replay` show; without the feature `window`, a picture
+//! run, replay, check, info    a command each
+//! tools/      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
 //! ```
 
-mod arguments;
-#[cfg(feature = "tools")]
-mod bench;
 mod check;
-#[cfg(feature = "tools")]
-mod compare;
-mod display;
-mod failure;
-#[cfg(feature = "tools")]
-mod frame_error;
-#[cfg(feature = "tools")]
-mod gallery;
+mod common;
 mod info;
-#[cfg(feature = "tools")]
-mod lights;
-mod log;
-#[cfg(feature = "tools")]
-mod map;
-mod merge;
-mod progress;
-mod render;
+mod rendering;
 mod replay;
 mod run;
-#[cfg(feature = "tools")]
-mod shadows;
-mod shard;
-mod split;
 #[cfg(feature = "tools")]
 mod tools;
 #[cfg(not(feature = "tools"))]
 #[path = "no_tools.rs"]
 mod tools;
-mod view;
 mod window;
+
+pub use common::process::Process;
 
 use check::CheckArgs;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use failure::Failure;
-use merge::MergeArgs;
-use render::RenderArgs;
+use common::failure::Failure;
+use common::{display, failure, log};
+use rendering::merge::{self, MergeArgs};
+use rendering::render::{self, RenderArgs};
+use rendering::split::{self, SplitArgs};
 use replay::ReplayArgs;
 use run::RunArgs;
-use split::SplitArgs;
 use std::ffi::OsString;
-use std::time::Instant;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
 ///
@@ -88,25 +64,6 @@ Examples:
   relief check scene.ron model.glb                validate the files
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.";
-
-/// The process that a command runs in.
-pub struct Process {
-    /// When it started.
-    pub started: Instant,
-    /// The command that starts it anew, before its arguments: a program, and what always follows it. Where it is empty,
-    /// nothing is done in processes of its own.
-    pub command: Vec<OsString>,
-}
-
-impl Process {
-    /// The same again, without arguments.
-    fn anew(&self) -> Option<std::process::Command> {
-        let (program, more) = self.command.split_first()?;
-        let mut command = std::process::Command::new(program);
-        command.args(more);
-        Some(command)
-    }
-}
 
 /// Does what the command line says, and returns the exit code. `arguments` are without the program's name. What is
 /// wrong is said on standard error. May take the process's place with one that knows of no display, before it does

@@ -1,7 +1,7 @@
 //! Stands in for the commands of the feature `tools` where the program is built without it: each says so.
 
-use super::Process;
-use super::failure::Failure;
+use crate::commands::common::failure::Failure;
+use crate::commands::common::process::Process;
 use clap::{Args, Subcommand};
 use std::ffi::OsString;
 

@@ -1,11 +1,11 @@
 //! `relief replay`.
 
-use super::arguments::{self, MOST_FRAMES};
-use super::failure::{Failure, say};
-use super::progress;
-use super::render::render;
-use super::view::{PictureArgs, ViewArgs, parse_frames};
-use super::window::{WindowJob, show};
+use crate::commands::common::arguments::{self, MOST_FRAMES};
+use crate::commands::common::failure::{Failure, say};
+use crate::commands::common::progress;
+use crate::commands::common::view::{PictureArgs, ViewArgs, parse_frames};
+use crate::commands::rendering::render::render;
+use crate::commands::window::{WindowJob, show};
 use crate::frames::{self, FrameJob, Frames, LoadOptions};
 use crate::recording::{self, Recording, RunFiles};
 use clap::Args;

@@ -1,9 +1,9 @@
 //! `relief run`, which `relief` alone means, too.
 
-use super::arguments;
-use super::failure::Failure;
-use super::view::{FileArgs, PictureArgs, ViewArgs};
-use super::window::{WindowJob, show};
+use crate::commands::common::arguments;
+use crate::commands::common::failure::Failure;
+use crate::commands::common::view::{FileArgs, PictureArgs, ViewArgs};
+use crate::commands::window::{WindowJob, show};
 use crate::demo;
 use crate::frames::OutputKind;
 use clap::Args;

@@ -1,10 +1,10 @@
 //! The window of `relief run` and `relief replay`; where there is none, a picture.
 
-use super::failure::Failure;
-use super::render::render;
-use super::view::{PictureArgs, ViewArgs};
 #[cfg(feature = "window")]
 use crate::app::{self, AppError};
+use crate::commands::common::failure::Failure;
+use crate::commands::common::view::{PictureArgs, ViewArgs};
+use crate::commands::rendering::render::render;
 #[cfg(feature = "window")]
 use crate::frames::{self, FrameError, LoadOptions};
 use crate::frames::{FrameJob, Frames};

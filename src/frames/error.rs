@@ -1,7 +1,5 @@
 //! What stops the rendering of frames, and everything built on it.
 
-#[cfg(feature = "tools")]
-use crate::compare::CompareError;
 use crate::import::ImportError;
 use crate::output::OutputError;
 use crate::recording::RecordingError;
@@ -106,12 +104,6 @@ pub enum FrameError {
         /// What it is made of.
         needs: &'static str,
     },
-    /// A gallery of a scene without mesh variants.
-    #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
-    NoMeshVariants {
-        /// The scene.
-        scene: PathBuf,
-    },
     /// No adapter.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -147,8 +139,4 @@ pub enum FrameError {
     /// A map that could not be read.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// Pictures that cannot be compared.
-    #[cfg(feature = "tools")]
-    #[error(transparent)]
-    Compare(#[from] CompareError),
 }

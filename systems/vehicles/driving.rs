@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! rows          where every vehicle is, in the order of the tables
-//! traffic       lanes filled and sorted, and what each minds          super::traffic
-//! lane changes  which begin to change in this step                         crate::vehicles::lane_changes
+//! traffic       lanes filled and sorted, and what each minds              super::traffic
+//! lane changes  which begin to change in this step                        super::traffic::lane_changes
 //! moving        speed, steering, place and height of each                 here, and super::on_route
 //! ```
 //!
@@ -13,12 +13,12 @@
 
 use super::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use super::ground::Grounds;
-use super::lane_changes::Start;
 use super::routes::Routes;
 use super::signals::Signals;
-use super::traffic::{Row, Traffic};
+use super::traffic::lane_changes::{self, Start};
+use super::traffic::traffic::{Row, Traffic};
 use super::types::{VehicleType, VehicleTypes};
-use super::{hand, lane_changes, steering};
+use super::{hand, steering};
 use crate::ecs::changes::rows_per_task;
 use crate::ecs::columns::{Column, ColumnPart};
 use crate::ecs::parallel::in_parallel;

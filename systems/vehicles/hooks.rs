@@ -5,7 +5,7 @@ use super::ground::Grounds;
 use super::lamps::{Lamps, Switches};
 use super::routes::Routes;
 use super::signals::{HeldSignals, Signals};
-use super::traffic::Traffic;
+use super::traffic::traffic::Traffic;
 use super::types::VehicleTypes;
 use super::{parts, steering, turns};
 use crate::sensors::labels::Instance;

@@ -14,9 +14,8 @@
 //! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows;
 //!               lane_places: where a point is in a lane
 //! signals       what traffic lights show
-//! traffic       which vehicle is ahead of which; lanes: by lane, in order; crossings: which wait before one
-//! following     how fast: the Intelligent Driver Model
-//! lane_changes  MOBIL
+//! traffic/      traffic: which vehicle is ahead of which; lanes: by lane, in order; crossings: which wait before one;
+//!               following: how fast, by the Intelligent Driver Model; lane_changes: MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead; turns: about the axes
 //! ground        what vehicles stand on
 //! ```
@@ -26,17 +25,13 @@
 //! angles and yaw are positive to the left.
 
 pub(crate) mod components;
-mod crossings;
 pub mod driving;
-pub mod following;
 pub mod forks;
 pub mod ground;
 mod hand;
 pub mod hooks;
 pub mod lamps;
-pub mod lane_changes;
 mod lane_places;
-mod lanes;
 mod on_route;
 pub mod parts;
 pub mod route_line;
@@ -51,4 +46,5 @@ pub use components::{
     Controls, FASTEST, Headlights, Indicator, LaneChange, ManualControl, Motion, NextVehicleNumber, OnRoute, RouteId,
     Stalled, Vehicle, VehicleNumber, VehicleTypeId, Wanted,
 };
+pub use traffic::{following, lane_changes};
 pub use types::{VehicleType, VehicleTypes};

@@ -1,12 +1,13 @@
 //! A vehicle's step along its route: how fast, where to, the next route at the end, stops, indicators.
 
 use super::components::{Indicator, LaneChange, OnRoute, RouteId, Wanted};
-use super::crossings::PATIENCE;
 use super::driving::{Body, Surroundings};
 use super::forks::APART;
 use super::routes::{Place, Route};
+use super::steering;
+use super::traffic::crossings::PATIENCE;
+use super::traffic::following;
 use super::types::VehicleType;
-use super::{following, steering};
 use glam::Vec3Swizzles;
 use std::sync::atomic::Ordering;
 

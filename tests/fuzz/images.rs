@@ -1,8 +1,8 @@
 //! Images: as maps, as pixels, and compared with another picture.
 
 use crate::{Place, repair};
-use relief::compare;
 use relief::import::{load_image, load_pixels};
+use relief::tools::compare;
 use std::path::Path;
 use systems::assets::ImageKind;
 

@@ -1,0 +1,315 @@
+//! What cameras give: one of one world, or the same camera of several.
+
+use crate::captures::common::{Arrays, Common};
+use crate::captures::lens::{camera_matrix, coefficients, model};
+use crate::given::arguments::required;
+use numpy::ndarray::ArrayD;
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2};
+use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use relief::data::boxes_as_npy;
+use relief::sense::CameraCapture as Captured;
+use relief::systems::draw::Intrinsics;
+use relief::systems::sensors::{CameraOutput, Lens};
+
+/// What a camera captured. Arrays have rows from the top, axes X right, Y down, Z forward; pixel (u, v) has its middle
+/// at integers. An output that the camera was not asked for raises AttributeError.
+#[pyclass(frozen, module = "relief")]
+pub struct CameraCapture {
+    common: Common,
+    intrinsics: Option<Intrinsics>,
+    lens: Lens,
+    #[pyo3(get)]
+    /// Width and height, pixels.
+    size: (u32, u32),
+    #[pyo3(get)]
+    /// What linear colours were multiplied by.
+    exposure: f32,
+    arrays: Arrays,
+}
+
+/// What the same camera of several worlds captured: the arrays of `CameraCapture` with the worlds as their first axis.
+#[pyclass(frozen, module = "relief")]
+pub struct CameraBatch {
+    /// Of each world's clock.
+    #[pyo3(get)]
+    steps: Vec<u64>,
+    #[pyo3(get)]
+    /// Width and height, pixels.
+    size: (u32, u32),
+    arrays: Arrays,
+}
+
+/// A vector that becomes the memory of an array.
+fn array<'py, T: Element>(py: Python<'py>, shape: &[usize], values: Vec<T>) -> PyResult<Bound<'py, PyAny>> {
+    let array = ArrayD::from_shape_vec(shape, values);
+    let array =
+        array.map_err(|error| PyRuntimeError::new_err(format!("a sensor's output has no such shape: {error}")))?;
+    Ok(array.into_pyarray(py).into_any())
+}
+
+/// A vector of the vectors of several captures.
+fn joined<T>(of: Vec<Vec<T>>) -> Vec<T> {
+    let mut of = of.into_iter();
+    let mut all = of.next().unwrap_or_default();
+    all.reserve_exact(of.as_slice().iter().map(Vec::len).sum());
+    of.for_each(|mut more| all.append(&mut more));
+    all
+}
+
+/// Boxes as a structured array.
+fn boxes<'py>(py: Python<'py>, captured: &Captured) -> PyResult<Bound<'py, PyAny>> {
+    let bytes = boxes_as_npy(&captured.boxes)?;
+    let file = py.import("io")?.getattr("BytesIO")?.call1((PyBytes::new(py, &bytes),))?;
+    py.import("numpy.lib.format")?.getattr("read_array")?.call1((file,))
+}
+
+/// All arrays of some captures of one camera, `lead` their first axes: none for one, their number for several.
+fn arrays(py: Python<'_>, captures: Vec<Captured>, lead: &[usize]) -> PyResult<Arrays> {
+    let mut arrays = Arrays::default();
+    let Some(first) = captures.first() else { return Ok(arrays) };
+    let (height, width) = (first.height as usize, first.width as usize);
+    let is_whole = !first.outputs.iter().any(|(_, output)| output == CameraOutput::Boxes);
+    let outputs = first.outputs;
+    let shape = |last: &[usize]| [lead, &[height, width], last].concat();
+    let (pixels, triples, pairs) = (shape(&[]), shape(&[3]), shape(&[2]));
+    if !is_whole && lead.is_empty() {
+        arrays.add("boxes", boxes(py, first)?);
+    } else if !is_whole {
+        let of_each = captures.iter().map(|captured| boxes(py, captured)).collect::<PyResult<Vec<_>>>()?;
+        arrays.add("boxes", of_each.into_pyobject(py)?.into_any());
+    }
+    let mut columns: Vec<Captured> = captures;
+    macro_rules! output {
+        ($output:ident, $name:literal, $field:ident, $shape:expr) => {
+            if outputs.has(CameraOutput::$output) {
+                let values = joined(columns.iter_mut().map(|own| std::mem::take(&mut own.$field)).collect());
+                arrays.add($name, array(py, $shape, values)?);
+            }
+        };
+        ($output:ident, $name:literal, $field:ident, $shape:expr, flat) => {
+            if outputs.has(CameraOutput::$output) {
+                let values = joined(columns.iter_mut().map(|own| std::mem::take(&mut own.$field)).collect());
+                arrays.add($name, array(py, $shape, values.into_flattened())?);
+            }
+        };
+    }
+    output!(Color, "color", color, &triples, flat);
+    output!(Linear, "linear", linear, &triples, flat);
+    output!(Depth, "depth", depth, &pixels);
+    output!(Range, "range", range, &pixels);
+    output!(Normal, "normal", normal, &triples, flat);
+    output!(Instance, "instance", instance, &pixels);
+    output!(Part, "part", part, &pixels);
+    output!(Class, "class", class, &pixels);
+    output!(Panoptic, "panoptic", panoptic, &pixels);
+    let count = columns.len() * height * width;
+    for (output, name, flags) in
+        [(CameraOutput::Flow, "flow", "flow_flags"), (CameraOutput::FlowBack, "flow_back", "flow_back_flags")]
+    {
+        if outputs.has(output) {
+            let flows: Vec<_> = columns
+                .iter_mut()
+                .map(|own| {
+                    std::mem::take(if output == CameraOutput::Flow { &mut own.flow } else { &mut own.flow_back })
+                })
+                .collect();
+            let (mut vectors, mut known) = (Vec::with_capacity(count), Vec::with_capacity(count));
+            for mut flow in flows {
+                // None of a camera that captured nothing before.
+                flow.pixels.resize(height * width, [0.0; 2]);
+                flow.flags.resize(height * width, 0);
+                vectors.append(&mut flow.pixels);
+                known.append(&mut flow.flags);
+            }
+            arrays.add(name, array(py, &pairs, vectors.into_flattened())?);
+            arrays.add(flags, array(py, &pixels, known)?);
+        }
+    }
+    Ok(arrays)
+}
+
+impl CameraCapture {
+    pub fn new(py: Python<'_>, captured: Captured, common: Common) -> PyResult<Self> {
+        let Captured { width, height, intrinsics, lens, exposure, .. } = captured;
+        let arrays = arrays(py, vec![captured], &[])?;
+        Ok(Self { common, intrinsics, lens, size: (width, height), exposure, arrays })
+    }
+}
+
+impl CameraBatch {
+    pub fn new(py: Python<'_>, captures: Vec<Captured>, steps: Vec<u64>) -> PyResult<Self> {
+        let size = captures.first().map_or((0, 0), |first| (first.width, first.height));
+        let count = captures.len();
+        Ok(Self { steps, size, arrays: arrays(py, captures, &[count])? })
+    }
+}
+
+/// An output, or what there is instead.
+fn output(py: Python<'_>, arrays: &Arrays, name: &str) -> PyResult<Py<PyAny>> {
+    arrays.get(py, name).ok_or_else(|| {
+        let known = arrays.names().join(", ");
+        PyAttributeError::new_err(format!("the camera does not give {name:?}; its outputs are: {known}"))
+    })
+}
+
+/// Getters of all outputs, for both.
+macro_rules! outputs {
+    ($class:ident { $($own:tt)* } $($(#[$doc:meta])* $getter:ident $name:literal;)*) => {
+        #[pymethods]
+        impl $class {
+            $(
+                $(#[$doc])*
+                #[getter]
+                fn $getter(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+                    output(py, &self.arrays, $name)
+                }
+            )*
+
+            /// The names of the arrays that there are.
+            fn keys(&self) -> Vec<&'static str> {
+                self.arrays.names()
+            }
+
+            /// The arrays by name.
+            fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                self.arrays.dict(py)
+            }
+
+            fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+                let name: String = required("name", name)?;
+                output(py, &self.arrays, &name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
+            }
+
+            fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+                Ok(self.arrays.names().contains(&required::<String>("name", name)?.as_str()))
+            }
+
+            $($own)*
+        }
+    };
+}
+
+outputs! { CameraCapture {
+        /// The sensor's full name.
+        #[getter]
+        fn name(&self) -> &str {
+            &self.common.name
+        }
+
+        /// Of the clock.
+        #[getter]
+        fn step(&self) -> u64 {
+            self.common.step
+        }
+
+        /// Seconds since the run began.
+        #[getter]
+        fn seconds(&self) -> f64 {
+            self.common.seconds()
+        }
+
+        /// The camera's matrix: float64 (3, 3), pixels. ``None`` where the projection is parallel.
+        #[getter]
+        #[allow(non_snake_case)]
+        fn K<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
+            self.intrinsics.as_ref().map(|intrinsics| camera_matrix(py, intrinsics))
+        }
+
+        /// How the lens bends the picture, as `Sensor.D`: OpenCV's coefficients, float64 (5,), (8,) or (4,). ``None``
+        /// where the projection is parallel.
+        #[getter]
+        #[allow(non_snake_case)]
+        fn D<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+            self.intrinsics.map(|_| coefficients(py, &self.lens))
+        }
+
+        /// "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls what `D` has. ``None`` where the
+        /// projection is parallel.
+        #[getter]
+        fn distortion_model(&self) -> Option<&'static str> {
+            self.intrinsics.map(|_| model(&self.lens))
+        }
+
+        /// From camera axes, X right, Y down, Z forward, to the scene's coordinates: float64 (4, 4).
+        #[getter]
+        fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+            self.common.matrix(py)
+        }
+
+        fn __repr__(&self) -> String {
+            let (width, height) = self.size;
+            format!("<camera {:?}, {width}x{height}: {}>", self.common.name, self.arrays.names().join(", "))
+        }
+    }
+    /// Tone-mapped, sRGB: uint8 (H, W, 3).
+    color "color";
+    /// Linear, exposed, before the tone map: float16 (H, W, 3).
+    linear "linear";
+    /// Metres along the optical axis, infinite where there is nothing: float32 (H, W).
+    depth "depth";
+    /// Metres from the optical centre, infinite where there is nothing: float32 (H, W).
+    range "range";
+    /// Unit shading normals in camera axes, 0 where there is nothing: float32 (H, W, 3).
+    normal "normal";
+    /// Ids of things, 0 where there is nothing: uint32 (H, W).
+    instance "instance";
+    /// Ids of drawn entities, 0 where there is nothing: uint32 (H, W).
+    part "part";
+    /// Semantic classes, 0 where there is none: uint8 (H, W). `cap["class"]` is the same.
+    cls "class";
+    /// As Cityscapes has instance ids: uint32 (H, W).
+    panoptic "panoptic";
+    /// A record for each thing in the picture: a structured array (N,), see docs/sensors.md.
+    boxes "boxes";
+    /// Where what the pixels of the capture before show is in this one: float32 (H, W, 2), pixels right and down.
+    flow "flow";
+    /// What is known of it: uint8 (H, W); 1 valid, 2 inside the picture, 4 seen there, 8 sky, added up.
+    flow_flags "flow_flags";
+    /// Where what the pixels show was at the capture before: float32 (H, W, 2), pixels right and down.
+    flow_back "flow_back";
+    /// What is known of that: uint8 (H, W).
+    flow_back_flags "flow_back_flags";
+}
+
+outputs! { CameraBatch {
+        fn __len__(&self) -> usize {
+            self.steps.len()
+        }
+
+        fn __repr__(&self) -> String {
+            let (width, height) = self.size;
+            let (count, names) = (self.steps.len(), self.arrays.names().join(", "));
+            format!("<pictures of {count} worlds, {width}x{height}: {names}>")
+        }
+    }
+    /// Tone-mapped, sRGB: uint8 (N, H, W, 3).
+    color "color";
+    /// Linear, exposed, before the tone map: float16 (N, H, W, 3).
+    linear "linear";
+    /// Metres along the optical axis, infinite where there is nothing: float32 (N, H, W).
+    depth "depth";
+    /// Metres from the optical centre, infinite where there is nothing: float32 (N, H, W).
+    range "range";
+    /// Unit shading normals in camera axes, 0 where there is nothing: float32 (N, H, W, 3).
+    normal "normal";
+    /// Ids of things, 0 where there is nothing: uint32 (N, H, W).
+    instance "instance";
+    /// Ids of drawn entities, 0 where there is nothing: uint32 (N, H, W).
+    part "part";
+    /// Semantic classes, 0 where there is none: uint8 (N, H, W).
+    cls "class";
+    /// As Cityscapes has instance ids: uint32 (N, H, W).
+    panoptic "panoptic";
+    /// A structured array for each world.
+    boxes "boxes";
+    /// Where what the pixels of the capture before show is in this one: float32 (N, H, W, 2).
+    flow "flow";
+    /// What is known of it: uint8 (N, H, W).
+    flow_flags "flow_flags";
+    /// Where what the pixels show was at the capture before: float32 (N, H, W, 2).
+    flow_back "flow_back";
+    /// What is known of that: uint8 (N, H, W).
+    flow_back_flags "flow_back_flags";
+}

@@ -1,0 +1,116 @@
+//! What sensors measured, as objects of Python: arrays that own their memory, which is Rust's, handed over.
+
+use crate::captures::camera::CameraCapture;
+use crate::captures::common::Common;
+use crate::captures::points::LidarCapture;
+use crate::captures::readings::{Collisions, GnssReading, ImuReading, LaneReading};
+use crate::given::arguments::required;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use relief::name;
+use relief::sense::{Capture as Captured, SensorCapture, SensorData};
+use relief::systems::sensors::Classes;
+
+/// What every sensor measured that was due after a step, by name. A sensor's name is below that of the thing that it is
+/// mounted on ("ego/front"); the last part is enough where it is the only one.
+#[pyclass(frozen, mapping, module = "relief")]
+pub struct Capture {
+    /// Of the clock.
+    #[pyo3(get)]
+    step: u64,
+    /// Nanoseconds since the run began, rounded once.
+    #[pyo3(get)]
+    nanoseconds: u64,
+    sensors: Vec<(String, Py<PyAny>)>,
+}
+
+impl Capture {
+    pub fn new(py: Python<'_>, captured: Captured, classes: &Classes) -> PyResult<Self> {
+        let Captured { step, nanoseconds, sensors } = captured;
+        let sensors = sensors.into_iter().map(|sensor| {
+            let name = sensor.name.clone();
+            Ok((name, object(py, sensor, (step, nanoseconds), classes)?))
+        });
+        Ok(Self { step, nanoseconds, sensors: sensors.collect::<PyResult<_>>()? })
+    }
+
+    fn find(&self, name: &str) -> Option<&Py<PyAny>> {
+        if let Some((_, found)) = self.sensors.iter().find(|(known, _)| known == name) {
+            return Some(found);
+        }
+        let ends_so = |known: &str| known.rsplit_once('/').is_some_and(|(_, last)| last == name);
+        let mut found = self.sensors.iter().filter(|(known, _)| ends_so(known));
+        let first = found.next();
+        first.filter(|_| found.next().is_none()).map(|(_, found)| found)
+    }
+}
+
+/// What a sensor measured, as the class of its kind.
+fn object(
+    py: Python<'_>,
+    sensor: SensorCapture,
+    (step, nanoseconds): (u64, u64),
+    classes: &Classes,
+) -> PyResult<Py<PyAny>> {
+    let common = Common::of(&sensor, step, nanoseconds);
+    Ok(match sensor.data {
+        SensorData::Camera(camera) => Py::new(py, CameraCapture::new(py, camera, common)?)?.into_any(),
+        SensorData::Lidar(lidar) => Py::new(py, LidarCapture::new(py, lidar, common)?)?.into_any(),
+        SensorData::Imu(imu) => Py::new(py, ImuReading::new(imu, common))?.into_any(),
+        SensorData::Gnss(gnss) => Py::new(py, GnssReading::new(gnss, common))?.into_any(),
+        SensorData::Collision(collisions) => Py::new(py, Collisions::new(collisions, common, classes))?.into_any(),
+        SensorData::Lane(lane) => Py::new(py, LaneReading::new(lane, common))?.into_any(),
+    })
+}
+
+#[pymethods]
+impl Capture {
+    /// Seconds since the run began.
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.nanoseconds as f64 * 1e-9
+    }
+
+    fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let name: &str = &required::<String>("name", name)?;
+        self.find(name).map(|found| found.clone_ref(py)).ok_or_else(|| {
+            let known: Vec<&str> = self.sensors.iter().map(|(name, _)| name.as_str()).collect();
+            let hint = name::hint(&known, name);
+            let message = format!(
+                "no sensor {name:?} was captured{hint}; it was not due, or there is none or several of that name"
+            );
+            PyKeyError::new_err(message)
+        })
+    }
+
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+        Ok(self.find(&required::<String>("name", name)?).is_some())
+    }
+
+    fn __len__(&self) -> usize {
+        self.sensors.len()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(self.keys().into_pyobject(py)?.try_iter()?.into_any())
+    }
+
+    /// The full names of the sensors that were captured, in the order in which they came to be.
+    fn keys(&self) -> Vec<String> {
+        self.sensors.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// What they measured, in that order.
+    fn values(&self, py: Python<'_>) -> Vec<Py<PyAny>> {
+        self.sensors.iter().map(|(_, sensor)| sensor.clone_ref(py)).collect()
+    }
+
+    /// Pairs of both.
+    fn items(&self, py: Python<'_>) -> Vec<(String, Py<PyAny>)> {
+        self.sensors.iter().map(|(name, sensor)| (name.clone(), sensor.clone_ref(py))).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<capture of step {}: {}>", self.step, self.keys().join(", "))
+    }
+}

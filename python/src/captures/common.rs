@@ -1,0 +1,57 @@
+//! Parts of captures: step, time and place of a sensor, and arrays by name.
+
+use crate::given::values::matrix;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use relief::glam::DAffine3;
+use relief::sense::SensorCapture;
+
+/// What all captures of sensors have.
+pub struct Common {
+    pub step: u64,
+    pub nanoseconds: u64,
+    pub name: String,
+    /// From the axes of its outputs to the scene's coordinates.
+    pub world_from_sensor: DAffine3,
+}
+
+impl Common {
+    pub fn of(capture: &SensorCapture, step: u64, nanoseconds: u64) -> Self {
+        Self { step, nanoseconds, name: capture.name.clone(), world_from_sensor: capture.world_from_outputs() }
+    }
+
+    pub fn seconds(&self) -> f64 {
+        self.nanoseconds as f64 * 1e-9
+    }
+
+    pub fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        matrix(py, &self.world_from_sensor)
+    }
+}
+
+/// Arrays by name.
+#[derive(Default)]
+pub struct Arrays(Vec<(&'static str, Py<PyAny>)>);
+
+impl Arrays {
+    pub fn add(&mut self, name: &'static str, array: Bound<'_, PyAny>) {
+        self.0.push((name, array.unbind()));
+    }
+
+    pub fn get(&self, py: Python<'_>, name: &str) -> Option<Py<PyAny>> {
+        self.0.iter().find(|(known, _)| *known == name).map(|(_, array)| array.clone_ref(py))
+    }
+
+    pub fn names(&self) -> Vec<&'static str> {
+        self.0.iter().map(|(name, _)| *name).collect()
+    }
+
+    pub fn dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, array) in &self.0 {
+            dict.set_item(name, array)?;
+        }
+        Ok(dict)
+    }
+}

@@ -1,0 +1,8 @@
+//! Captures of sensors, as objects of Python. Uses what calls are given.
+
+pub mod camera;
+pub mod capture;
+mod common;
+pub mod lens;
+pub mod points;
+pub mod readings;

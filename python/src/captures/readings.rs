@@ -1,0 +1,275 @@
+//! What sensors of motion give, and those of what is around a vehicle.
+
+use crate::captures::common::Common;
+use crate::given::arguments::required;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use relief::sense::{GnssCapture, ImuCapture};
+use relief::systems::sensors::collision::Collision;
+use relief::systems::sensors::{Class, Classes, LaneReading as Reading};
+
+/// Getters that all readings have.
+macro_rules! reading {
+    ($class:ident { $($own:tt)* }) => {
+        #[pymethods]
+        impl $class {
+            /// The sensor's full name.
+            #[getter]
+            fn name(&self) -> &str {
+                &self.common.name
+            }
+
+            /// Of the clock.
+            #[getter]
+            fn step(&self) -> u64 {
+                self.common.step
+            }
+
+            /// Seconds since the run began.
+            #[getter]
+            fn seconds(&self) -> f64 {
+                self.common.seconds()
+            }
+
+            /// From the sensor's axes, X forward, Y left, Z up, to the scene's coordinates: float64 (4, 4).
+            #[getter]
+            fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+                self.common.matrix(py)
+            }
+
+            $($own)*
+        }
+    };
+}
+
+/// What an inertial measurement unit measured, of when it was due before.
+#[pyclass(frozen, module = "relief")]
+pub struct ImuReading {
+    common: Common,
+    own: ImuCapture,
+}
+
+impl ImuReading {
+    pub fn new(own: ImuCapture, common: Common) -> Self {
+        Self { common, own }
+    }
+}
+
+reading! { ImuReading {
+    /// Whether it is known where the sensor was when it was due before, and before that. If not, all is 0.
+    #[getter]
+    fn valid(&self) -> bool {
+        self.own.valid
+    }
+
+    /// Nanoseconds of the clock of which the reading is.
+    #[getter]
+    fn nanoseconds(&self) -> u64 {
+        self.own.nanoseconds
+    }
+
+    /// Acceleration against free fall, m/s²: (0, 0, 9.81) at rest on level ground.
+    #[getter]
+    fn specific_force(&self) -> (f64, f64, f64) {
+        self.own.reading.specific_force.into()
+    }
+
+    /// About its axes, rad/s.
+    #[getter]
+    fn angular_velocity(&self) -> (f64, f64, f64) {
+        self.own.reading.angular_velocity.into()
+    }
+
+    /// Standard deviations of what noise adds, on each axis: of the specific force, m/s², and of the angular velocity,
+    /// rad/s. A density n becomes n/√s of readings s seconds apart (Kalibr's "IMU noise model").
+    #[getter]
+    fn sigmas(&self) -> (f64, f64) {
+        self.own.sigmas.into()
+    }
+} }
+
+/// What a receiver of satellite navigation measured.
+#[pyclass(frozen, module = "relief")]
+pub struct GnssReading {
+    common: Common,
+    own: GnssCapture,
+}
+
+impl GnssReading {
+    pub fn new(own: GnssCapture, common: Common) -> Self {
+        Self { common, own }
+    }
+}
+
+reading! { GnssReading {
+    /// Whether it is known where on Earth the scene is. If not, all is 0.
+    #[getter]
+    fn valid(&self) -> bool {
+        self.own.valid
+    }
+
+    /// Degrees, WGS 84.
+    #[getter]
+    fn latitude(&self) -> f64 {
+        self.own.reading.place.latitude_degrees
+    }
+
+    /// Degrees, WGS 84.
+    #[getter]
+    fn longitude(&self) -> f64 {
+        self.own.reading.place.longitude_degrees
+    }
+
+    /// Metres above the ellipsoid.
+    #[getter]
+    fn altitude(&self) -> f64 {
+        self.own.reading.place.altitude
+    }
+
+    /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
+    #[getter]
+    fn sigmas(&self) -> (f64, f64) {
+        self.own.sigmas.into()
+    }
+
+    /// Whether it is known where the sensor was when it was due before. If not, the velocity is 0.
+    #[getter]
+    fn has_velocity(&self) -> bool {
+        self.own.has_velocity
+    }
+
+    /// To the east, north and up, m/s; the mean since the sensor was due before.
+    #[getter]
+    fn velocity(&self) -> (f64, f64, f64) {
+        self.own.reading.velocity.into()
+    }
+} }
+
+/// Where in a lane something is. All is 0 where no lane is near.
+#[pyclass(frozen, module = "relief")]
+pub struct LaneReading {
+    common: Common,
+    own: Reading,
+}
+
+impl LaneReading {
+    pub fn new(own: Reading, common: Common) -> Self {
+        Self { common, own }
+    }
+}
+
+reading! { LaneReading {
+    /// Whether there is a lane.
+    #[getter]
+    fn valid(&self) -> bool {
+        self.own.valid
+    }
+
+    /// The route's place in `Sim.routes`.
+    #[getter]
+    fn route(&self) -> u32 {
+        self.own.route
+    }
+
+    /// The lane, counted from the edge of the road.
+    #[getter]
+    fn lane(&self) -> u32 {
+        self.own.lane
+    }
+
+    /// Metres from the middle of the lane, left positive.
+    #[getter]
+    fn offset(&self) -> f64 {
+        self.own.offset
+    }
+
+    /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
+    #[getter]
+    fn heading_error(&self) -> f64 {
+        self.own.heading_error
+    }
+
+    /// Of the middle of the lane, 1/m, left positive.
+    #[getter]
+    fn curvature(&self) -> f64 {
+        self.own.curvature
+    }
+
+    /// Of the lane, metres.
+    #[getter]
+    fn width(&self) -> f64 {
+        self.own.width
+    }
+
+    /// Metres along the route's centre line from its beginning.
+    #[getter]
+    fn along(&self) -> f64 {
+        self.own.along
+    }
+
+    /// Of the vehicle that the sensor is on, m/s along its forward.
+    #[getter]
+    fn speed(&self) -> f64 {
+        self.own.speed
+    }
+} }
+
+/// What something touches.
+#[pyclass(frozen, module = "relief")]
+pub struct Contact {
+    /// The id of the other.
+    #[pyo3(get)]
+    instance: u32,
+    /// The name of its semantic class; ``None`` for none.
+    #[pyo3(get)]
+    class_: Option<String>,
+    /// Metres that the two would have to be moved apart to be beside each other; negative where they are apart by it.
+    #[pyo3(get)]
+    depth: f64,
+    /// The way from the other, unit, in the sensor's axes: forward, left, up.
+    #[pyo3(get)]
+    normal: (f64, f64, f64),
+    /// m/s at which they come nearer along it.
+    #[pyo3(get)]
+    speed: f64,
+}
+
+/// All that something touches.
+#[pyclass(frozen, sequence, module = "relief")]
+pub struct Collisions {
+    common: Common,
+    own: Vec<Collision>,
+    classes: Vec<Option<String>>,
+}
+
+impl Collisions {
+    pub fn new(own: Vec<Collision>, common: Common, classes: &Classes) -> Self {
+        let name = |collision: &Collision| {
+            let known = classes.get(Class(collision.class)).filter(|_| collision.class != 0);
+            known.map(|info| info.name.clone())
+        };
+        let classes = own.iter().map(name).collect();
+        Self { common, own, classes }
+    }
+
+    fn contact(&self, index: usize) -> Option<Contact> {
+        let Collision { instance, depth, normal, speed, .. } = *self.own.get(index)?;
+        let class_ = self.classes.get(index).cloned().flatten();
+        Some(Contact { instance, class_, depth, normal: normal.into(), speed })
+    }
+}
+
+reading! { Collisions {
+    fn __len__(&self) -> usize {
+        self.own.len()
+    }
+
+    fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Contact> {
+        let index: isize = required("index", index)?;
+        let place = if index < 0 { index + self.own.len() as isize } else { index };
+        let contact = usize::try_from(place).ok().and_then(|place| self.contact(place));
+        contact.ok_or_else(|| {
+            pyo3::exceptions::PyIndexError::new_err(format!("contact {index} of {}", self.own.len()))
+        })
+    }
+} }

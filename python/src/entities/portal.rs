@@ -1,0 +1,37 @@
+//! Portals between rooms: doors and windows.
+
+use crate::entities::entity::Entity;
+use crate::errors::Failure;
+use crate::given::arguments::required;
+use pyo3::prelude::*;
+use relief::systems::cells;
+use relief::systems::run::standard_inputs::SetPortal;
+
+/// An opening between two rooms, or a room and outside.
+#[pyclass(frozen, extends = Entity, module = "relief")]
+pub struct Portal;
+
+#[pymethods]
+impl Portal {
+    /// How far it is open: 0 shut, no light comes through; 1 all the way. A door that is set moves no more by itself.
+    #[getter]
+    fn open(own: PyRef<'_, Self>) -> PyResult<f32> {
+        let entity: &Entity = own.as_super();
+        let id = entity.id;
+        entity.with(own.py(), move |world| Ok(world.component::<cells::Portal>(id)?.unwrap_or_default().open))
+    }
+
+    #[setter]
+    fn set_open(own: PyRef<'_, Self>, open: &Bound<'_, PyAny>) -> PyResult<()> {
+        let open = required::<f32>("open", open)?;
+        if !(0.0..=1.0).contains(&open) {
+            return Err(Failure::value(format!("open: expected a number from 0 to 1, found {open}")).into());
+        }
+        let entity: &Entity = own.as_super();
+        let id = entity.id;
+        entity.with(own.py(), move |world| {
+            world.entity(id)?;
+            world.apply(SetPortal { entity: id, open })
+        })
+    }
+}

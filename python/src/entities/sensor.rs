@@ -1,0 +1,135 @@
+//! Sensors of a world.
+
+use crate::captures::lens::{camera_matrix, coefficients, model};
+use crate::entities::entity::Entity;
+use crate::errors::{Failure, Outcome};
+use crate::given::fields;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use relief::sense::sensor_name;
+use relief::systems::sensors::{self, Lens, SensorKind};
+
+/// Of a camera whose projection is not parallel.
+fn lens(own: &PyRef<'_, Sensor>) -> PyResult<Option<Lens>> {
+    Sensor::read(own, |sensor| match &sensor.kind {
+        SensorKind::Camera(camera) => camera.intrinsics().map(|_| camera.lens),
+        _ => None,
+    })
+}
+
+/// A sensor of a world.
+#[pyclass(frozen, extends = Entity, module = "relief")]
+pub struct Sensor;
+
+impl Sensor {
+    fn read<T: Send>(own: &PyRef<'_, Self>, value: impl FnOnce(&sensors::Sensor) -> T + Send) -> PyResult<T> {
+        let entity: &Entity = own.as_super();
+        let id = entity.id;
+        entity.with(own.py(), move |world| -> Outcome<T> {
+            let sensor = world.component::<sensors::Sensor>(id)?;
+            sensor.as_ref().map(value).ok_or_else(|| Failure::Gone(format!("the sensor of entity {}", id.0 + 1)))
+        })
+    }
+}
+
+#[pymethods]
+impl Sensor {
+    /// "camera", "lidar", "imu", "gnss", "collision" or "lane".
+    #[getter]
+    fn kind(own: PyRef<'_, Self>) -> PyResult<&'static str> {
+        Self::read(&own, |sensor| match sensor.kind {
+            SensorKind::Camera(_) => "camera",
+            SensorKind::Lidar(_) => "lidar",
+            SensorKind::Imu(_) => "imu",
+            SensorKind::Gnss(_) => "gnss",
+            SensorKind::Collision(_) => "collision",
+            SensorKind::Lane(_) => "lane",
+        })
+    }
+
+    /// The name by which captures call it: its own, below that of the thing that it is mounted on, such as "ego/front".
+    #[getter]
+    fn full_name(own: PyRef<'_, Self>) -> PyResult<String> {
+        let entity: &Entity = own.as_super();
+        let id = entity.id;
+        entity.with(own.py(), move |world| {
+            let sensor = world.entity(id)?;
+            Ok(sensor_name(&world.simulation.world, sensor))
+        })
+    }
+
+    /// It is due once in so many steps.
+    #[getter]
+    fn every(own: PyRef<'_, Self>) -> PyResult<u32> {
+        Self::read(&own, |sensor| sensor.every)
+    }
+
+    /// It is due after step s where s mod `every` is this.
+    #[getter]
+    fn phase(own: PyRef<'_, Self>) -> PyResult<u32> {
+        Self::read(&own, |sensor| sensor.phase)
+    }
+
+    /// Of a camera: the names of what it gives. Of others none.
+    #[getter]
+    fn outputs(own: PyRef<'_, Self>) -> PyResult<Vec<&'static str>> {
+        Self::read(&own, |sensor| match &sensor.kind {
+            SensorKind::Camera(camera) => camera.outputs.iter().map(|(name, _)| name).collect(),
+            _ => Vec::new(),
+        })
+    }
+
+    /// Of a camera: width and height of its pictures, pixels.
+    #[getter]
+    fn size(own: PyRef<'_, Self>) -> PyResult<Option<(u32, u32)>> {
+        Self::read(&own, |sensor| match &sensor.kind {
+            SensorKind::Camera(camera) => Some(camera.size),
+            _ => None,
+        })
+    }
+
+    /// Of a camera: its matrix, float64 (3, 3), pixels; integers are the middles of pixels. ``None`` where the
+    /// projection is parallel.
+    #[getter]
+    #[allow(non_snake_case)]
+    fn K(own: PyRef<'_, Self>) -> PyResult<Option<Py<PyArray2<f64>>>> {
+        let intrinsics = Self::read(&own, |sensor| match &sensor.kind {
+            SensorKind::Camera(camera) => camera.intrinsics(),
+            _ => None,
+        })?;
+        Ok(intrinsics.map(|intrinsics| camera_matrix(own.py(), &intrinsics).unbind()))
+    }
+
+    /// Of a camera: how its lens bends the picture, OpenCV's coefficients as its `distortion_model` has them, float64:
+    /// (k1, k2, p1, p2, k3), all 0 where nothing is bent; with k4, k5, k6 after these; or of a fisheye (k1, k2, k3,
+    /// k4). ``None`` where the projection is parallel.
+    #[getter]
+    #[allow(non_snake_case)]
+    fn D(own: PyRef<'_, Self>) -> PyResult<Option<Py<PyArray1<f64>>>> {
+        Ok(lens(&own)?.map(|lens| coefficients(own.py(), &lens).unbind()))
+    }
+
+    /// Of a camera: "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls them. ``None`` where the
+    /// projection is parallel.
+    #[getter]
+    fn distortion_model(own: PyRef<'_, Self>) -> PyResult<Option<&'static str>> {
+        Ok(lens(&own)?.map(|lens| model(&lens)))
+    }
+
+    /// What real sensors get wrong: a dict by the names that the scene's file has (docs/sensors.md). Of a camera
+    /// `full_well`, `read`, `dark`, `gain`, `bits` and `black`; of a lidar `range_sigma`, `drop_rate` and `drop_below`;
+    /// of an IMU densities and biases; of a receiver `horizontal_sigma`, `vertical_sigma` and `velocity_sigma`.
+    /// ``None`` of a camera without noise, and of all others.
+    #[getter]
+    fn noise<'py>(own: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let dict = match Self::read(&own, |sensor| sensor.kind.clone())? {
+            SensorKind::Camera(camera) => camera.noise.map(|noise| fields::dict(own.py(), &noise)),
+            SensorKind::Lidar(lidar) => Some(fields::dict(own.py(), &lidar.noise)),
+            SensorKind::Imu(imu) => Some(fields::dict(own.py(), &imu.noise)),
+            SensorKind::Gnss(gnss) => Some(fields::dict(own.py(), &gnss.noise)),
+            SensorKind::Collision(_) | SensorKind::Lane(_) => None,
+        };
+        dict.transpose()
+    }
+}

@@ -1,0 +1,273 @@
+//! What `Sim` brings into being: vehicles, lights, copies of what is drawn, sensors.
+
+use crate::entities::classes::wrap_as;
+use crate::entities::entity::{Entity, Kind};
+use crate::entities::mounting::{CameraArguments, add_gnss, add_imu, add_lidar};
+use crate::errors::{Failure, Outcome};
+use crate::given::arguments::{Given, optional, required, wrong_type};
+use crate::given::light::{Light, refuse_turned};
+use crate::given::values::{Facing, Numbers, Placing, Point};
+use crate::sims::sim::Sim;
+use crate::worlds::world::World;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use relief::glam::{DVec3, Vec3};
+use relief::name;
+use relief::systems::run::registry::{EntityRegistry, StateId};
+use relief::systems::run::spawn::Spawn;
+use relief::systems::vehicles::routes::Routes;
+use relief::systems::vehicles::{Controls, FASTEST, OnRoute, VehicleTypes};
+use std::sync::Arc;
+
+/// A name that is given, else the kind and the number that comes next.
+fn named(given: Option<String>, kind: &str, next: StateId) -> Outcome<String> {
+    match given {
+        Some(name) if name.is_empty() => Err(Failure::value("name: expected one, or None")),
+        Some(name) => Ok(name),
+        None => Ok(format!("{kind} {}", next.0 + 1)),
+    }
+}
+
+fn next_id(world: &World) -> StateId {
+    world.simulation.world.resource::<EntityRegistry>().next_id()
+}
+
+/// An entity, or the name of one.
+enum Like {
+    Id(StateId),
+    Name(String),
+}
+
+fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute, Failure> {
+    let routes = world.simulation.world.resource::<Routes>();
+    let id = routes.find(route).ok_or_else(|| {
+        let known: Vec<&str> = routes.iter().map(|(_, route)| route.plan.name.as_str()).collect();
+        let hint = name::hint(&known, route);
+        Failure::value(format!("unknown route {route:?}{hint}"))
+    })?;
+    let found = routes.get(id).map_or((0, 0.0), |found| (found.lanes(), found.length));
+    if lane >= found.0 {
+        return Err(Failure::value(format!("lane: expected less than {}, found {lane}", found.0)));
+    }
+    if !(0.0..=found.1).contains(&along) {
+        return Err(Failure::value(format!("along: expected metres from 0 to {}, found {along}", found.1)));
+    }
+    Ok(OnRoute::new(id, lane, along))
+}
+
+#[pymethods]
+impl Sim {
+    /// Brings a vehicle into being at once, of a type by name. `at`: in the scene, metres, the middle of its rear axle
+    /// on the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in
+    /// a `lane`, which it follows, at first with a `speed` of 0 to 555.5 m/s. `by_hand`: it goes by `Vehicle.drive`
+    /// even where it has a route. `paint`: which of its type's paints.
+    #[pyo3(
+        signature = (
+            kind, at=None, *, yaw=None, name=None, by_hand=None, paint=None, route=None, lane=None, along=None,
+            speed=None
+        ),
+        text_signature = "($self, kind, at=None, *, yaw=0.0, name=None, by_hand=False, paint=0, route=None, lane=0, \
+                          along=0.0, speed=0.0)"
+    )]
+    #[allow(clippy::too_many_arguments)]
+    fn spawn_vehicle(
+        &self,
+        py: Python<'_>,
+        kind: &Bound<'_, PyAny>,
+        at: Given<'_, '_>,
+        yaw: Given<'_, '_>,
+        name: Given<'_, '_>,
+        by_hand: Given<'_, '_>,
+        paint: Given<'_, '_>,
+        route: Given<'_, '_>,
+        lane: Given<'_, '_>,
+        along: Given<'_, '_>,
+        speed: Given<'_, '_>,
+    ) -> PyResult<Py<PyAny>> {
+        let kind: String = required("kind", kind)?;
+        let placing = Placing::read(at, [yaw, None, None], None)?;
+        let (name, route) = (optional::<String>("name", name)?, optional::<String>("route", route)?);
+        let by_hand = optional("by_hand", by_hand)?.unwrap_or(false);
+        let paint: u32 = optional("paint", paint)?.unwrap_or(0);
+        let lane = optional::<u8>("lane", lane)?.unwrap_or(0);
+        let along = optional::<f64>("along", along)?.unwrap_or(0.0);
+        let speed = optional::<f64>("speed", speed)?.unwrap_or(0.0);
+        let is_placed = at.is_some_and(|at| !at.is_none());
+        let id = self.with(py, move |world| {
+            let types = world.simulation.world.resource::<VehicleTypes>();
+            let Some(id) = types.find(&kind) else {
+                let known: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
+                let hint = name::hint(&known, &kind);
+                let known = known.join(", ");
+                return Err(Failure::value(format!("unknown vehicle type {kind:?}{hint}; expected one of: {known}")));
+            };
+            let paints = types.get(id).paints.len().max(1);
+            if paint as usize >= paints {
+                return Err(Failure::value(format!("paint: expected less than {paints}, found {paint}")));
+            }
+            let name = named(name, &kind, next_id(world))?;
+            let on_route = route.map(|route| on_route(world, &route, lane, along)).transpose()?;
+            if on_route.is_some() == is_placed {
+                return Err(Failure::value("expected one of at and route"));
+            }
+            if !is_placed && placing.is_turned() {
+                return Err(Failure::value("yaw: expected at beside it; a route says how a vehicle is turned"));
+            }
+            if is_placed && (speed, lane, along) != (0.0, 0, 0.0) {
+                return Err(Failure::value(
+                    "speed, lane and along: expected a route beside them; without one a vehicle begins at rest",
+                ));
+            }
+            if !(0.0..=FASTEST).contains(&speed) {
+                return Err(Failure::value(format!("speed: expected m/s from 0 to {FASTEST:.1}, found {speed}")));
+            }
+            let spawn = match on_route {
+                Some(on) => Spawn::Driver { name, kind, paint, on, speed, manual: by_hand },
+                None => Spawn::Vehicle {
+                    name,
+                    transform: placing.transform(world.origin(), Facing::Forward),
+                    kind,
+                    paint,
+                    controls: Controls::default(),
+                    manual: by_hand,
+                },
+            };
+            world.spawn(spawn)
+        })?;
+        wrap_as(py, &self.shared, id, Kind::Vehicle)
+    }
+
+    /// Brings a light into being at once. `at`: in the scene, metres. Spots and directional lights shine forward, along
+    /// +Z, turned by `yaw` to the left and `pitch` up, radians, or toward `look_at`.
+    #[pyo3(
+        signature = (light, at=None, *, yaw=None, pitch=None, look_at=None, name=None),
+        text_signature = "($self, light, at=None, *, yaw=0.0, pitch=0.0, look_at=None, name=None)"
+    )]
+    #[allow(clippy::too_many_arguments)]
+    fn spawn_light(
+        &self,
+        py: Python<'_>,
+        light: &Bound<'_, PyAny>,
+        at: Given<'_, '_>,
+        yaw: Given<'_, '_>,
+        pitch: Given<'_, '_>,
+        look_at: Given<'_, '_>,
+        name: Given<'_, '_>,
+    ) -> PyResult<Py<PyAny>> {
+        let light: Light = required("light", light)?;
+        let placing = Placing::read(at, [yaw, pitch, None], look_at)?;
+        refuse_turned(&light.0, &placing)?;
+        let name = optional::<String>("name", name)?;
+        let id = self.with(py, move |world| {
+            let name = named(name, "light", next_id(world))?;
+            let transform = placing.transform(world.origin(), Facing::Backward);
+            world.spawn(Spawn::Light { name, transform, light: light.0 })
+        })?;
+        wrap_as(py, &self.shared, id, Kind::Light)
+    }
+
+    /// Draws once more, at another place, what is drawn of an entity that the scene began with, and of what is below
+    /// it. `scale`: along its own axes.
+    #[pyo3(
+        signature = (like, at, *, yaw=None, pitch=None, roll=None, scale=None, name=None),
+        text_signature = "($self, like, at, *, yaw=0.0, pitch=0.0, roll=0.0, scale=None, name=None)"
+    )]
+    #[allow(clippy::too_many_arguments)]
+    fn spawn_mesh(
+        &self,
+        py: Python<'_>,
+        like: &Bound<'_, PyAny>,
+        at: &Bound<'_, PyAny>,
+        yaw: Given<'_, '_>,
+        pitch: Given<'_, '_>,
+        roll: Given<'_, '_>,
+        scale: Given<'_, '_>,
+        name: Given<'_, '_>,
+    ) -> PyResult<Py<PyAny>> {
+        required::<Point>("at", at)?;
+        let placing = Placing::read(Some(at), [yaw, pitch, roll], None)?;
+        let scale = optional::<Numbers<3>>("scale", scale)?.map_or(Vec3::ONE, |scale| DVec3::from(scale.0).as_vec3());
+        let name = optional::<String>("name", name)?;
+        if scale.abs().min_element() < 1e-6 || scale.abs().max_element() > 1e6 {
+            return Err(Failure::value(format!("scale: expected factors from 1e-6 to 1e6, found {scale}")).into());
+        }
+        let like: Like = match like.cast::<Entity>() {
+            Ok(entity) if Arc::ptr_eq(&entity.get().shared, &self.shared) => Like::Id(entity.get().id),
+            Ok(_) => return Err(Failure::value("like: expected an entity of this world").into()),
+            Err(_) => Like::Name(like.extract().map_err(|_| wrong_type("like", "an entity or the name of one", like))?),
+        };
+        let id = self.with(py, move |world| {
+            let of = match like {
+                Like::Id(id) => id,
+                Like::Name(name) => world.find(&name)?,
+            };
+            let registry = world.simulation.world.resource::<EntityRegistry>();
+            world.entity(of)?;
+            if of.0 >= registry.scene_len() {
+                return Err(Failure::value("like: expected an entity that the scene began with"));
+            }
+            let name = named(name, "copy", next_id(world))?;
+            let transform = placing.transform(world.origin(), Facing::Forward).with_scale(scale);
+            world.spawn(Spawn::Copy { name, transform, of })
+        })?;
+        wrap_as(py, &self.shared, id, Kind::Other)
+    }
+
+    /// A camera in the scene. Keywords: `at` metres, `yaw`, `pitch` and `roll` radians, or `look_at`; `size` (width,
+    /// height) pixels; `K` as (fx, fy, cx, cy) or a matrix (3, 3), with `distortion` (OpenCV's k1 k2 p1 p2 k3 k4 k5 k6)
+    /// or `fisheye` (k1 to k4, `largest_degrees` from the axis), or `fov_y_degrees` or
+    /// `fov_x_degrees`, or `half_height` metres of a parallel projection; `near`, `far` metres; `outputs`; `samples` of
+    /// colours, 1 or 4; `exposure`: a factor, "scene", "metered" or {"metered": {"key": 0.18, "stops": 8}}; `noise`: a
+    /// dict as `Sensor.noise` has it, whose defaults fill in what is left out; `every` and `phase`, steps. Raises
+    /// ValueError.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_camera(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        CameraArguments::read(arguments)?.add(py, &self.shared, name, None)
+    }
+
+    /// A lidar in the scene. Keywords: as `add_camera` for its place and rate; `beams` "vlp16", "hdl32", "hdl64",
+    /// "os1_64" or "os1_128", {"grid": {"rows", "horizontal_degrees", "vertical_degrees"}}, or {"list": […]} of dicts
+    /// with `elevation_degrees` and perhaps `azimuth_degrees`, `height` metres and `delay` seconds; `hz` revolutions a
+    /// second; `columns` a revolution; `range` (least, most) metres; `attenuation` per metre; `sweep`; `range_sigma`
+    /// metres,
+    /// `drop_rate`, `drop_below`. Raises ValueError.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_lidar(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        add_lidar(py, &self.shared, name, None, arguments)
+    }
+
+    /// An inertial measurement unit in the scene. Keywords: as `add_camera` for its place and rate;
+    /// `accelerometer_density` m/s²/√Hz, `gyroscope_density` rad/s/√Hz; `accelerometer_bias` m/s² and `gyroscope_bias`
+    /// rad/s, three numbers each, in the sensor's axes.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_imu(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        add_imu(py, &self.shared, name, None, arguments)
+    }
+
+    /// A receiver of satellite navigation in the scene, which needs a geo_origin. Keywords: as `add_camera` for its
+    /// place and rate; `horizontal_sigma`, `vertical_sigma` metres, `velocity_sigma` m/s.
+    #[pyo3(signature = (name, **arguments))]
+    fn add_gnss(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<PyAny>> {
+        add_gnss(py, &self.shared, name, None, arguments)
+    }
+}

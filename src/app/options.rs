@@ -1,0 +1,35 @@
+//! Options that a window is opened with.
+
+use crate::frames::LoadOptions;
+use crate::recording::Stepper;
+use crate::renderer::Settings;
+use crate::viewpoint::Viewpoint;
+use bevy_ecs::prelude::*;
+use std::path::PathBuf;
+use systems::Simulation;
+
+/// What the window shows, and how it starts.
+pub struct Options {
+    /// A loaded world.
+    pub simulation: Simulation,
+    /// Where it was loaded from, and how: texels that only a lost device had are read again.
+    pub scene: PathBuf,
+    /// How.
+    pub load: LoadOptions,
+    /// Takes its steps.
+    pub stepper: Stepper,
+    /// The scene's name, for the title bar.
+    pub title: String,
+    /// Names and entities of the scene's cameras, for switching between them.
+    pub cameras: Vec<(String, Entity)>,
+    /// What is looked through at first.
+    pub viewpoint: Viewpoint,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// How to draw at first.
+    pub settings: Settings,
+    /// Starts with the clock stopped.
+    pub paused: bool,
+    /// Starts with the panel shown.
+    pub panel: bool,
+}

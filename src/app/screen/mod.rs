@@ -1,0 +1,5 @@
+//! The window's device, textures and egui.
+
+pub mod graphics;
+pub mod gui;
+pub mod surface;

@@ -1,0 +1,206 @@
+//! What a command ends with when it is not done: a message, with the options that help, and an exit code.
+
+use crate::data::shards::ShardError;
+use crate::frames::FrameError;
+use crate::output::OutputError;
+use crate::recording::RecordingError;
+use crate::renderer::{GpuError, RenderError};
+#[cfg(feature = "tools")]
+use crate::tools::{ToolError, bench::BenchError, maps::MapError};
+use crate::video::VideoError;
+use std::io::{ErrorKind, Write};
+
+/// Bad input or usage.
+pub const BAD_INPUT: u8 = 2;
+/// No usable graphics adapter.
+const NO_ADAPTER: u8 = 3;
+/// Shards are missing.
+const INCOMPLETE: u8 = 4;
+/// Anything else.
+const OTHER: u8 = 1;
+
+/// What to do about a colour image.
+#[cfg(feature = "tools")]
+const CHANNELS: &str =
+    "--channel r, g, b, a or luminance takes one of them; relief map height guesses heights from colours";
+
+/// Why a command is not done.
+pub struct Failure {
+    /// For people; `None` where all has been said.
+    message: Option<String>,
+    code: u8,
+}
+
+impl Failure {
+    /// Bad input.
+    pub fn bad_input(message: String) -> Self {
+        Self { message: Some(message), code: BAD_INPUT }
+    }
+
+    /// Bad input, of which all has been said.
+    pub fn said() -> Self {
+        Self { message: None, code: BAD_INPUT }
+    }
+
+    /// Says it, and gives the exit code.
+    pub fn exit(self) -> u8 {
+        if let Some(message) = self.message {
+            eprintln!("error: {message}");
+        }
+        self.code
+    }
+}
+
+impl From<FrameError> for Failure {
+    fn from(error: FrameError) -> Self {
+        let code = code_of_frame(&error);
+        let message = match &error {
+            FrameError::Render(error) => of_render(error),
+            _ => error.to_string(),
+        };
+        Self { message: Some(message), code }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        FrameError::from(error).into()
+    }
+}
+
+impl From<RecordingError> for Failure {
+    fn from(error: RecordingError) -> Self {
+        FrameError::from(error).into()
+    }
+}
+
+impl From<GpuError> for Failure {
+    fn from(error: GpuError) -> Self {
+        FrameError::from(error).into()
+    }
+}
+
+impl From<ShardError> for Failure {
+    fn from(error: ShardError) -> Self {
+        let (message, code) = match error {
+            ShardError::Frame(error) => return error.into(),
+            ShardError::Refused { .. } => (error.to_string(), BAD_INPUT),
+            ShardError::Mixed { .. } => (format!("{error}. --mixed takes them all the same"), BAD_INPUT),
+            ShardError::Incomplete { ref job, ref missing, .. } => {
+                let mut message = format!("{error}\nTo render them:");
+                for (shard, _) in missing {
+                    message += &format!("\n  relief render --resume --shard {}:{shard}", job.display());
+                }
+                (message, INCOMPLETE)
+            }
+        };
+        Self { message: Some(message), code }
+    }
+}
+
+#[cfg(feature = "tools")]
+impl From<ToolError> for Failure {
+    fn from(error: ToolError) -> Self {
+        match error {
+            ToolError::Frame(error) => error.into(),
+            ToolError::NoMeshVariants { .. } | ToolError::Compare(_) => Self::bad_input(error.to_string()),
+        }
+    }
+}
+
+#[cfg(feature = "tools")]
+impl From<BenchError> for Failure {
+    fn from(error: BenchError) -> Self {
+        let code = match &error {
+            BenchError::Gpu(_) | BenchError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
+            BenchError::SeparateProcess { code, .. } => *code,
+            BenchError::Render(RenderError::Lost { .. }) | BenchError::Plot { .. } => OTHER,
+            BenchError::Grid(_) | BenchError::Scene(_) | BenchError::Render(_) | BenchError::Compare { .. } => {
+                BAD_INPUT
+            }
+            BenchError::Output(error) => code_of_output(error),
+        };
+        let message = match &error {
+            BenchError::Render(error) | BenchError::Scene(FrameError::Render(error)) => of_render(error),
+            _ => error.to_string(),
+        };
+        Self { message: Some(message), code }
+    }
+}
+
+#[cfg(feature = "tools")]
+impl From<MapError> for Failure {
+    fn from(error: MapError) -> Self {
+        let code = match &error {
+            MapError::Import(_)
+            | MapError::Refused { .. }
+            | MapError::NotGrey { .. }
+            | MapError::NothingMet { .. }
+            | MapError::Option { .. } => BAD_INPUT,
+            MapError::Preview { source: FrameError::Gpu(_), .. } => NO_ADAPTER,
+            MapError::Output(error) | MapError::Preview { source: FrameError::Output(error), .. } => {
+                code_of_output(error)
+            }
+            MapError::Preview { .. } => OTHER,
+        };
+        let message = match &error {
+            MapError::NotGrey { .. } => format!("{error}. {CHANNELS}"),
+            MapError::NothingMet { .. } => format!("{error}, or a larger --cage"),
+            MapError::Option { option: "reach", message } => format!("--cage: {message}"),
+            // Options are called as fields are.
+            MapError::Option { option, message } => format!("--{}: {message}", option.replace('_', "-")),
+            _ => error.to_string(),
+        };
+        Self { message: Some(message), code }
+    }
+}
+
+/// With what makes a scene smaller.
+fn of_render(error: &RenderError) -> String {
+    match error {
+        RenderError::Refused { .. } => format!("{error}\n--texture-memory and --compress make the scene smaller"),
+        _ => error.to_string(),
+    }
+}
+
+fn code_of_frame(error: &FrameError) -> u8 {
+    match error {
+        FrameError::Gpu(_) | FrameError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
+        FrameError::Render(RenderError::Lost { .. }) => OTHER,
+        FrameError::Scene(_)
+        | FrameError::NoCamera { .. }
+        | FrameError::Render(_)
+        | FrameError::Import(_)
+        | FrameError::NoSensors { .. }
+        | FrameError::NoSensor { .. }
+        | FrameError::SharedSensorName { .. }
+        | FrameError::SharedFrameName { .. }
+        | FrameError::NoFormat { .. }
+        | FrameError::NothingToHold { .. }
+        | FrameError::BadSensorName { .. }
+        | FrameError::NoPanoptic { .. }
+        | FrameError::Overwrites { .. }
+        | FrameError::NoFrames { .. }
+        | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
+        | FrameError::Recording(RecordingError::Refused { .. }) => BAD_INPUT,
+        FrameError::Output(error)
+        | FrameError::Video(VideoError::Output(error))
+        | FrameError::Recording(RecordingError::Output(error)) => code_of_output(error),
+        FrameError::Video(VideoError::Failed { .. })
+        | FrameError::Recording(RecordingError::Diverged { .. } | RecordingError::Parted { .. }) => OTHER,
+    }
+}
+
+fn code_of_output(error: &OutputError) -> u8 {
+    if error.is_refusal() { BAD_INPUT } else { OTHER }
+}
+
+/// Prints a line. What reads standard output may have stopped reading; the work is done all the same.
+pub fn say(text: &str) -> Result<(), OutputError> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(OutputError::Io { path: "standard output".into(), source })
+        }
+        _ => Ok(()),
+    }
+}

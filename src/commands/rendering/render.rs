@@ -1,0 +1,99 @@
+//! `relief render`.
+
+use crate::commands::common::failure::{Failure, say};
+use crate::commands::rendering::shard;
+use crate::commands::rendering::work::{WorkArgs, with_bar};
+use crate::data::{SensorJob, render_sensors};
+use crate::frames::{FrameJob, render_frames};
+use crate::recording::RunFiles;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub struct RenderArgs {
+    /// Scene (.ron) or model (.gltf, .glb); with --shard: where the scene is, if it has moved since it was split
+    #[arg(required_unless_present = "shard")]
+    pub scene: Option<PathBuf>,
+    /// Output directory, created if missing
+    #[arg(short, long, value_name = "DIR", required_unless_present = "shard")]
+    pub output: Option<PathBuf>,
+    /// Render one of the shards that relief split has made, into a folder beside that file; with --resume not if it is
+    /// there and whole
+    #[arg(long, value_name = "FILE:N", value_parser = parse_shard, conflicts_with_all = OF_SPLIT)]
+    pub shard: Option<(PathBuf, usize)>,
+    #[command(flatten)]
+    pub work: WorkArgs,
+    /// Write a snapshot of the state after the last frame, for --from-snapshot
+    #[arg(long, value_name = "FILE")]
+    pub save_snapshot: Option<PathBuf>,
+}
+
+/// What relief split has said of its shards, or makes no sense of one.
+const OF_SPLIT: [&str; 24] = [
+    "output",
+    "sensors",
+    "format",
+    "frames",
+    "outputs",
+    "video",
+    "realtime",
+    "hash",
+    "record",
+    "from_snapshot",
+    "save_snapshot",
+    "size",
+    "camera",
+    "lights",
+    "technique",
+    "debug",
+    "levels",
+    "occlusion",
+    "samples",
+    "specular_aa",
+    "shadows",
+    "compress",
+    "texture_memory",
+    "no_cache",
+];
+
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let work = &args.work;
+    work.view.set_threads();
+    if let Some((file, number)) = &args.shard {
+        return shard::render(file, *number, args.scene.as_deref(), work.pictures.resume);
+    }
+    // Without a shard there are both.
+    let (Some(scene), Some(folder)) = (&args.scene, &args.output) else { return Ok(()) };
+    let files = RunFiles { save_snapshot: args.save_snapshot.clone(), ..work.files.run_files() };
+    if work.sensors.is_empty() {
+        return render(&FrameJob { run: files, ..work.frame_job(scene, folder) });
+    }
+    render_captures(&SensorJob { run: files, ..work.sensor_job(scene, folder) })
+}
+
+/// A file, and after its last colon a number.
+fn parse_shard(text: &str) -> Result<(PathBuf, usize), String> {
+    let parts = text.rsplit_once(':').and_then(|(file, number)| Some((file, number.parse().ok()?)));
+    let named = parts.filter(|(file, _)| !file.is_empty()).map(|(file, number)| (PathBuf::from(file), number));
+    named.ok_or_else(|| "expected relief split's file and the number of a shard, like job/shards.json:7".to_owned())
+}
+
+/// Renders a job under a bar, and says what was written.
+pub fn render(job: &FrameJob) -> Result<(), Failure> {
+    let written = with_bar(|progress| render_frames(job, progress))?;
+    say_written(&written, &job.folder)
+}
+
+fn render_captures(job: &SensorJob) -> Result<(), Failure> {
+    let written = with_bar(|progress| render_sensors(job, progress))?;
+    say_written(&written, &job.folder)
+}
+
+fn say_written(written: &[PathBuf], folder: &Path) -> Result<(), Failure> {
+    match written {
+        [] => say(&format!("nothing to do: all pictures are in {}", folder.display()))?,
+        [one] => say(&one.display().to_string())?,
+        [first, .., last] => say(&format!("{} files: {} … {}", written.len(), first.display(), last.display()))?,
+    }
+    Ok(())
+}

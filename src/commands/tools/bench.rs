@@ -1,0 +1,262 @@
+//! `relief bench`.
+
+use crate::commands::common::arguments::{self, ON_OFF};
+use crate::commands::common::failure::{Failure, say};
+use crate::commands::common::process::Process;
+use crate::commands::common::progress;
+use crate::frames::LoadOptions;
+use crate::name;
+use crate::renderer::{Occlusion, Settings};
+use crate::tools::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
+use clap::builder::TypedValueParser;
+use clap::{ArgAction, Args};
+use std::io;
+use std::path::PathBuf;
+use std::process::Command;
+use systems::assets::Technique;
+use systems::assets::levels::LevelOfDetail;
+use systems::lights::LightPolicy;
+
+pub const HELP: &str = "\
+The scene: equal objects 3 m apart on a square grid, with 16 materials, each with base, normal and
+specular maps, under coloured point lights; deterministic for given arguments. No shadows
+unless --shadows asks for them; colours are clamped at 1. Each frame waits until the GPU is idle.
+  frame   from the first change of an object until the GPU is idle
+  engine  CPU time of simulation, uploads and command encoding, without the driver and the moving
+  GPU     from submission until the GPU is idle, and each pass by GPU timestamps
+
+Examples:
+  relief bench --objects 100000 --size 64x36             CPU cost of many objects
+  relief bench --objects 100000 --moving 1 --json        all objects moving, as one line of JSON
+  relief bench --view inside --picture yard.png          write a picture of the scene
+  relief bench --scene town.ron --camera \"chase car 7\"   your own scene, one step per frame
+  relief bench --trace frames.json                       open it in chrome://tracing
+  relief bench --suite -o before                         all sweeps, with a report (minutes)
+  relief bench --suite -o after --compare before/results.jsonl
+
+See docs/benchmarks.md for results of other engines on the same scenes.";
+
+#[derive(Args)]
+pub struct BenchArgs {
+    /// Measure this scene (.ron, .gltf, .glb) instead of a grid, with one step before every frame
+    #[arg(long, value_name = "FILE")]
+    #[arg(conflicts_with_all = ["objects", "lights", "mesh", "moving", "view", "floor", "suite"])]
+    pub scene: Option<PathBuf>,
+    /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
+    #[arg(long, value_name = "NAME", requires = "scene")]
+    pub camera: Option<String>,
+    /// Objects on the grid; in a suite, the maximum [default: 10000; in a suite 100000, if quick 1000]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u32..=10_000_000))]
+    pub objects: Option<u32>,
+    /// Point lights above the grid, with a range of 10 m; in a suite, the maximum [default: 1000, if quick 100]
+    #[arg(long, value_name = "M", value_parser = arguments::whole(0..=1_000_000u32))]
+    pub lights: Option<u32>,
+    /// Mesh of the objects: cube (12 triangles), sphere (1,024 triangles), or the largest mesh of a .glb or .gltf file
+    #[arg(long, default_value = "cube", value_name = "cube|sphere|PATH")]
+    pub mesh: GridMesh,
+    /// Fraction of the objects that get a new transform before every frame, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction)]
+    #[arg(conflicts_with = "suite")]
+    pub moving: f32,
+    /// Size in pixels; 64x36 shows the CPU cost where a software rasterizer draws [default: 1280x720, in a quick suite
+    /// 64x36]
+    #[arg(long, value_name = "WxH", value_parser = arguments::parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Frames to measure [default: 120, in a quick suite 5]
+    #[arg(long, value_name = "K", value_parser = arguments::whole(1u32..=1_000_000))]
+    pub frames: Option<u32>,
+    /// Warm-up frames, not measured [default: 10, in a quick suite 2]
+    #[arg(long, value_name = "K", value_parser = arguments::whole(1u32..=100_000))]
+    pub warm_up: Option<u32>,
+    /// Time limit of the measurement, applied after 5 frames; warm-up ends after a quarter of it [default: 40, in a
+    /// suite 10 for each scene]
+    #[arg(long, value_name = "S", value_parser = arguments::whole(1u32..=86_400))]
+    pub seconds: Option<u32>,
+    /// Camera position
+    #[arg(long, default_value = "wide", value_parser = view(), conflicts_with = "suite")]
+    pub view: GridView,
+    /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
+    #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
+    pub technique: Option<Technique>,
+    /// How objects are lit: three, enough, all or hard; see relief render --help [default: three, of a scene its own]
+    #[arg(long, value_name = "POLICY", value_parser = arguments::named("light policy", &LightPolicy::ALL))]
+    pub lights_policy: Option<LightPolicy>,
+    /// Levels of detail: on or off
+    #[arg(long, default_value = "on", value_name = "on|off", value_parser = arguments::parse_levels)]
+    pub levels: LevelOfDetail,
+    /// Occlusion culling: on, off, or auto (on with many objects)
+    #[arg(long, default_value = "auto", value_name = "auto|on|off")]
+    #[arg(value_parser = arguments::named("value", &Occlusion::ALL))]
+    pub occlusion: Occlusion,
+    /// Lights that may have a shadow map at once; all lights of a grid cast shadows then [default: 0, of a scene 32]
+    #[arg(long, value_name = "K", value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
+    pub shadows: Option<u32>,
+    /// Compress textures to BC7, a quarter of the memory, where no loss is visible; not cached
+    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
+    #[arg(value_parser = arguments::named("value", &ON_OFF))]
+    pub compress: bool,
+    /// Samples per pixel: 4 as in other commands, or 1
+    #[arg(long, default_value = "4", value_name = "1|4", value_parser = arguments::parse_samples)]
+    pub samples: u32,
+    /// Worker threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
+    pub threads: Option<u16>,
+    /// Also measure the visible triangles with a minimal shader, without levels of detail: a lower bound
+    #[arg(long)]
+    pub floor: bool,
+    /// Also write the last frame to this file
+    #[arg(long, value_name = "FILE.png", conflicts_with = "suite", value_parser = arguments::png())]
+    pub picture: Option<PathBuf>,
+    /// Also write a trace of the measured frames for chrome://tracing or ui.perfetto.dev
+    #[arg(long, value_name = "FILE.json", conflicts_with = "suite")]
+    pub trace: Option<PathBuf>,
+    /// Print one line of JSON instead of a table
+    #[arg(long, conflicts_with = "suite")]
+    pub json: bool,
+    /// Measure sweeps over objects, lights and moving objects, each scene in its own process
+    #[arg(long, requires = "output")]
+    pub suite: bool,
+    /// Suite: output directory for results.jsonl, report.md and plots, created if missing
+    #[arg(short, long, value_name = "DIR", requires = "suite")]
+    pub output: Option<PathBuf>,
+    /// Suite: results.jsonl of an earlier one; the report has ratios and marks what is slower by more than 10 %
+    #[arg(long, value_name = "FILE", requires = "suite")]
+    pub compare: Option<PathBuf>,
+    /// Suite: few small scenes and frames, as a smoke test
+    #[arg(long, requires = "suite")]
+    pub quick: bool,
+}
+
+impl BenchArgs {
+    fn objects(&self) -> u32 {
+        self.objects.unwrap_or(match (self.suite, self.quick) {
+            (_, true) => 1000,
+            (true, _) => 100_000,
+            _ => 10_000,
+        })
+    }
+
+    fn lights(&self) -> u32 {
+        self.lights.unwrap_or(if self.quick { 100 } else { 1000 })
+    }
+
+    fn size(&self) -> (u32, u32) {
+        self.size.unwrap_or(if self.quick { (64, 36) } else { (1280, 720) })
+    }
+
+    fn frames(&self) -> u32 {
+        self.frames.unwrap_or(if self.quick { 5 } else { 120 })
+    }
+
+    fn warm_up(&self) -> u32 {
+        self.warm_up.unwrap_or(if self.quick { 2 } else { 10 })
+    }
+
+    fn seconds(&self) -> u32 {
+        self.seconds.unwrap_or(if self.suite { 10 } else { 40 })
+    }
+
+    fn job(&self) -> BenchJob {
+        BenchJob {
+            scene: self.scene.clone(),
+            camera: self.camera.clone(),
+            plan: GridPlan {
+                objects: self.objects(),
+                lights: self.lights(),
+                moving: self.moving,
+                mesh: self.mesh.clone(),
+                view: self.view,
+                shadows: self.shadows.is_some_and(|most| most > 0),
+            },
+            size: self.size(),
+            frames: self.frames(),
+            warm_up: self.warm_up(),
+            seconds: self.seconds(),
+            technique: self.technique,
+            lights_policy: self.lights_policy,
+            levels: self.levels,
+            occlusion: self.occlusion,
+            shadows: self.shadows,
+            load: LoadOptions { compress: self.compress, watch: Some(progress::of_loading), ..LoadOptions::default() },
+            samples: self.samples,
+            threads: self.threads.map(usize::from),
+            floor: self.floor,
+            picture: self.picture.clone(),
+            trace: self.trace.clone(),
+        }
+    }
+}
+
+pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
+    let bar = progress::bar("{bar:40} {pos}/{len}  {msg}  {eta} left");
+    let job = args.job();
+    let said = if let (true, Some(folder)) = (args.suite, &args.output) {
+        let (earlier, quick) = (args.compare.clone(), args.quick);
+        let suite = SuiteJob { most: job, folder: folder.clone(), earlier, quick };
+        let slower = bench::run_suite(&suite, &|job| apart(job, process), |done, of, scene| {
+            progress::show(&bar, done as u64, of as u64);
+            bar.set_message(scene.to_owned());
+        })?;
+        slower.iter().for_each(|what| eprintln!("slower: {what}"));
+        folder.join("report.md").display().to_string()
+    } else {
+        let mut figures = bench::run(&job, process.started, |done, of| progress::show(&bar, done.into(), of.into()))?;
+        figures.bytes_per_object =
+            bench::bytes_per_object(&job, &figures, &|job| apart(job, process)).unwrap_or_else(|error| {
+                tracing::warn!("memory per object was not measured: {error}");
+                None
+            });
+        if args.json { figures.json() } else { figures.to_string() }
+    };
+    bar.finish_and_clear();
+    Ok(say(said.trim_end())?)
+}
+
+/// This program again, to measure a grid in a process of its own.
+fn apart(job: &BenchJob, process: &Process) -> io::Result<Command> {
+    let mut command = process.anew().ok_or_else(|| io::Error::other("no path of this program"))?;
+    command.args(["bench", "--json"]);
+    let mut add = |name: &str, value: &str| _ = command.arg(format!("--{name}={value}"));
+    let on_off = |on| name::of(&ON_OFF, on);
+    add("objects", &job.plan.objects.to_string());
+    add("lights", &job.plan.lights.to_string());
+    add("moving", &job.plan.moving.to_string());
+    add("view", name::of(&GridView::ALL, job.plan.view));
+    add("size", &format!("{}x{}", job.size.0, job.size.1));
+    add("mesh", &job.plan.mesh.name());
+    add("frames", &job.frames.to_string());
+    add("warm-up", &job.warm_up.to_string());
+    add("seconds", &job.seconds.to_string());
+    add("samples", &job.samples.to_string());
+    add("levels", on_off(job.levels.enabled));
+    add("compress", on_off(job.load.compress));
+    add("occlusion", name::of(&Occlusion::ALL, job.occlusion));
+    if let Some(most) = job.shadows {
+        add("shadows", &most.to_string());
+    }
+    if let Some(policy) = job.lights_policy {
+        add("lights-policy", policy.name());
+    }
+    if let Some(technique) = job.technique {
+        add("technique", technique.name());
+    }
+    if let Some(threads) = job.threads {
+        add("threads", &threads.to_string());
+    }
+    if job.floor {
+        command.arg("--floor");
+    }
+    Ok(command)
+}
+
+fn view() -> impl TypedValueParser<Value = GridView> {
+    arguments::choice(&GridView::ALL, |view| match view {
+        GridView::Wide => "Outside and above, with the whole grid in view",
+        GridView::Inside => "Between the rows at 2 m, about a sixth of the grid in view",
+    })
+}
+
+fn parse_fraction(text: &str) -> Result<f32, String> {
+    let fraction = text.parse().ok().filter(|f| (0.0..=1.0).contains(f));
+    fraction.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
+}

@@ -1,0 +1,62 @@
+//! What `relief lights` and `relief shadows` have in common: the frame, and how its error is told.
+
+use crate::commands::common::arguments::{self, MOST_FRAMES};
+use crate::commands::common::failure::{Failure, say};
+use crate::commands::common::view;
+use crate::tools::frame_error::FrameErrorJob;
+use clap::Args;
+use std::fmt::Display;
+use std::path::PathBuf;
+use systems::assets::Technique;
+
+#[derive(Args)]
+pub struct FrameErrorArgs {
+    /// Scene (.ron) or model (.gltf, .glb)
+    pub scene: PathBuf,
+    /// Output directory, created if missing
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Frame number: simulation steps before the picture
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = arguments::whole(0..=MOST_FRAMES - 1))]
+    pub frame: u64,
+    /// Size in pixels, at most 16 million
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = arguments::parse_size)]
+    pub size: (u32, u32),
+    /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
+    #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
+    pub technique: Option<Technique>,
+    /// Worker threads; the number does not change pictures [default: one per core]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
+    pub threads: Option<u16>,
+    /// Print one line of JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl FrameErrorArgs {
+    pub fn job(&self) -> FrameErrorJob {
+        systems::set_threads(self.threads.map(usize::from));
+        FrameErrorJob {
+            scene: self.scene.clone(),
+            load: view::loading(),
+            folder: self.output.clone(),
+            frame: self.frame,
+            size: self.size,
+            camera: self.camera.clone(),
+            technique: self.technique,
+        }
+    }
+
+    /// Prints the line of JSON, or the table and where the pictures are.
+    pub fn tell(&self, json: &str, table: &impl Display) -> Result<(), Failure> {
+        if self.json {
+            say(json)?
+        } else {
+            say(&format!("{table}pictures: {}", self.output.display()))?
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,28 @@
+//! Failures of the tools that draw scenes.
+
+use crate::frames::FrameError;
+use crate::tools::compare::CompareError;
+use std::path::PathBuf;
+
+/// What stops a tool.
+#[derive(Debug, thiserror::Error)]
+pub enum ToolError {
+    /// What stops the rendering of frames.
+    #[error(transparent)]
+    Frame(FrameError),
+    /// A gallery of a scene without mesh variants.
+    #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
+    NoMeshVariants {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// Pictures that cannot be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+}
+
+impl<E: Into<FrameError>> From<E> for ToolError {
+    fn from(error: E) -> Self {
+        Self::Frame(error.into())
+    }
+}
