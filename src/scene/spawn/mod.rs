@@ -6,7 +6,8 @@
 //! generate, random    generators' copies
 //! pieces              large objects
 //! cells               rooms and portals
-//! vehicles/           vehicles, routes and signals, if the build has vehicles
+//! signal_heads        lamps of signals
+//! vehicles/           vehicles and routes, if the build has vehicles
 //! physical            vehicles as bodies, if the build has physics
 //! studio              light and a camera for what brings none
 //! light_warnings, sensor_warnings  what will not be as meant
@@ -27,6 +28,8 @@ pub mod pieces;
 mod placement;
 pub mod random;
 mod sensor_warnings;
+#[cfg(feature = "vehicles")]
+mod signal_heads;
 pub mod spawner;
 pub mod studio;
 mod turned_meshes;
@@ -45,13 +48,13 @@ use below::cameras_below;
 use bevy_ecs::prelude::*;
 use placement::Placement;
 use random::Random;
+#[cfg(feature = "vehicles")]
+use signal_heads::LitGlass;
 use spawner::{Spawned, Spawner};
 use std::collections::HashMap;
 use systems::lights::LightPolicies;
 use systems::space::{Aabb, Transform};
 use turned_meshes::TurnedMeshes;
-#[cfg(feature = "vehicles")]
-use vehicles::signal_heads::LitGlass;
 
 /// Spawns the whole scene. `seed`: of all that is random in it.
 pub fn spawn(scene: &Scene, items: &Items, seed: u64, world: &mut World) -> Spawned {

@@ -1,8 +1,8 @@
 //! The state of spawning: what it works with, and what it found.
 
-use super::turned_meshes::TurnedMeshes;
 #[cfg(feature = "vehicles")]
-use super::vehicles::signal_heads::LitGlass;
+use super::signal_heads::LitGlass;
+use super::turned_meshes::TurnedMeshes;
 use crate::scene::format::rigs::Rigs;
 use crate::scene::read::items::Items;
 use bevy_ecs::prelude::*;

@@ -146,14 +146,12 @@ impl Sources {
         format!("{}/{}:{}: crate::{}", self.folder, import.file, import.line, import.path.join("::"))
     }
 
-    /// No more than [`MOST_IN_A_CIRCLE`] files use each other; `known`: a file of each larger circle, and its size.
-    pub fn check_circles(&self, known: &[(&str, usize)]) {
+    /// No more than [`MOST_IN_A_CIRCLE`] files use each other.
+    pub fn check_circles(&self) {
         let arrows = self.arrows();
         let pairs: BTreeSet<(&str, &str)> = arrows.iter().map(|(import, to)| (import.file.as_str(), *to)).collect();
         for circle in circles(&pairs) {
-            let limit =
-                known.iter().find(|(file, _)| circle.contains(file)).map_or(MOST_IN_A_CIRCLE, |(_, size)| *size);
-            if circle.len() <= limit {
+            if circle.len() <= MOST_IN_A_CIRCLE {
                 continue;
             }
             let within: Vec<_> =
@@ -172,7 +170,7 @@ impl Sources {
             };
             let all: Vec<String> = within.iter().map(|(from, to)| told(from, to)).collect();
             panic!(
-                "{} files in a circle, {limit} at most; first to cut:\n{}\nof all:\n{}",
+                "{} files in a circle, {MOST_IN_A_CIRCLE} at most; first to cut:\n{}\nof all:\n{}",
                 circle.len(),
                 told(cut.0, cut.1),
                 all.join("\n")
@@ -180,15 +178,14 @@ impl Sources {
         }
     }
 
-    /// No folder has more than [`MOST_IN_A_FOLDER`] files; `known`: larger ones, and their sizes.
-    pub fn check_folders(&self, known: &[(&str, usize)]) {
+    /// No folder has more than [`MOST_IN_A_FOLDER`] files.
+    pub fn check_folders(&self) {
         let mut sizes = BTreeMap::new();
         for file in self.files.keys() {
             *sizes.entry(file.rsplit_once('/').map_or("", |(folder, _)| folder)).or_insert(0) += 1;
         }
         for (folder, size) in sizes {
-            let limit = known.iter().find(|(name, _)| *name == folder).map_or(MOST_IN_A_FOLDER, |(_, size)| *size);
-            assert!(size <= limit, "{}/{folder} has {size} files, {limit} at most", self.folder);
+            assert!(size <= MOST_IN_A_FOLDER, "{}/{folder} has {size} files, {MOST_IN_A_FOLDER} at most", self.folder);
         }
     }
 }

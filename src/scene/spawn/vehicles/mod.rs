@@ -1,18 +1,16 @@
 //! What spawning asks for of vehicles, routes and signals. A build without vehicles has `no_vehicles.rs` instead.
 //!
 //! ```text
-//! roads         routes and signals; places along routes
-//! signal_heads  lamps of signals
-//! overlaps      vehicles in each other
-//! room          where a generator has put vehicles already
-//! road_warnings what is doubtful of roads
+//! roads          routes and signals; places along routes
+//! overlaps       vehicles in each other
+//! room           where a generator has put vehicles already
+//! road_warnings  what is doubtful of roads
 //! ```
 
 mod overlaps;
 mod road_warnings;
 mod roads;
 mod room;
-pub mod signal_heads;
 
 pub use roads::{along, insert};
 pub use room::Room;

@@ -1,6 +1,6 @@
 //! Lamps of signals.
 
-use crate::scene::spawn::below::descendants;
+use super::below::descendants;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
