@@ -5,7 +5,7 @@ FROM rust:1.95-slim-bookworm AS build
 RUN apt-get update -qq && apt-get install -qq -y --no-install-recommends gcc g++ libc6-dev
 WORKDIR /relief
 COPY . .
-RUN cargo build --release --locked --no-default-features --features cli,physics --bin relief
+RUN cargo build --release --locked --no-default-features --features cli,physics,mcap --bin relief
 
 FROM debian:bookworm-slim
 # The last two are what NVIDIA's driver is linked with.

@@ -29,8 +29,8 @@
 //! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
-//! rigid bodies), `window` (`app`), `tools`, `cli` (`commands`: the program `relief`). `physics`, `window` and `cli`
-//! bring `vehicles` with them.
+//! rigid bodies), `window` (`app`), `tools`, `mcap` (logs of ROS 2), `cli` (`commands`: the program `relief`).
+//! `physics`, `window` and `cli` bring `vehicles` with them.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 

@@ -6,7 +6,7 @@
 //! npy, npz   numpy's arrays, one a file or many
 //! exr        named channels of half floats, floats and integers
 //! cdr        how ROS 2 puts a message into bytes      ros    its messages, and their definitions as text
-//! mcap       a log of messages, written as a run goes on
+//! mcap       a log of messages, written as a run goes on; no_mcap: in builds without the feature
 //! picture    values of pixels as pictures
 //! kitti, semantic_kitti, coco, middlebury    labels, in the files of these data sets
 //! ```
@@ -20,6 +20,7 @@ mod checks;
 pub mod coco;
 pub mod exr;
 pub mod kitti;
+#[cfg_attr(not(feature = "mcap"), path = "no_mcap.rs")]
 pub mod mcap;
 pub mod middlebury;
 pub mod npy;

@@ -96,6 +96,15 @@ pub enum FrameError {
         /// Its outputs.
         outputs: String,
     },
+    /// A format that the program was built without.
+    #[error(
+        "format {format}: not built in, as this program was built without the feature \"{format}\"; \
+         cargo build --release builds all of it"
+    )]
+    NotBuiltIn {
+        /// Its name, which is that of the feature.
+        format: &'static str,
+    },
     /// A format of which there would be no file.
     #[error("format {format}: expected {needs}; no sensor asked for is one")]
     NothingToHold {

@@ -176,6 +176,7 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::SharedSensorName { .. }
         | FrameError::SharedFrameName { .. }
         | FrameError::NoFormat { .. }
+        | FrameError::NotBuiltIn { .. }
         | FrameError::NothingToHold { .. }
         | FrameError::BadSensorName { .. }
         | FrameError::NoPanoptic { .. }

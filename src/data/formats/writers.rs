@@ -12,7 +12,7 @@ use crate::video;
 /// Checks that the formats have something to hold, asked before anything is written.
 ///
 /// # Errors
-/// [`FrameError`]: a format has nothing to hold, or a name is in its way.
+/// [`FrameError`]: a format has nothing to hold or is not built in, or a name is in its way.
 pub(crate) fn check(run: &RunInfo) -> Result<(), FrameError> {
     for &(name, format) in FileFormat::ALL.iter().filter(|(_, format)| run.formats.contains(format)) {
         let needs = match format {
@@ -26,6 +26,9 @@ pub(crate) fn check(run: &RunInfo) -> Result<(), FrameError> {
         }
     }
     if run.formats.contains(&FileFormat::Mcap) {
+        if !cfg!(feature = "mcap") {
+            return Err(FrameError::NotBuiltIn { format: "mcap" });
+        }
         check_names(run.sensors.keys())?;
     }
     Ok(())

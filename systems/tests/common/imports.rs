@@ -81,7 +81,7 @@ impl Sources {
                 name
             };
             for (path, name) in found {
-                let Some(path) = self.from_root(file, &path) else { continue };
+                let Some(path) = self.rooted(file, &path) else { continue };
                 if is_shown {
                     self.shown.insert((file.to_owned(), name), path.clone());
                 }
@@ -93,7 +93,7 @@ impl Sources {
     }
 
     /// A path from the crate's root on; `None` for one that leads elsewhere.
-    pub fn from_root(&self, file: &str, path: &[String]) -> Option<Vec<String>> {
+    pub fn rooted(&self, file: &str, path: &[String]) -> Option<Vec<String>> {
         let own = module(file);
         let ups = path.iter().take_while(|part| *part == "super").count();
         let (above, below) = match path.first()?.as_str() {
