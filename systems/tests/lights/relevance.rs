@@ -1,8 +1,8 @@
 //! What the score and the irradiance of a light promise.
 
-mod common;
-
-use common::{LUMINANCE, any_direction, any_light, any_odd_light, any_place, cases, placed, spot_error, true_falloff};
+use crate::common::{
+    LUMINANCE, any_direction, any_light, any_odd_light, any_place, cases, placed, spot_error, true_falloff,
+};
 use glam::Vec3;
 use proptest::prelude::*;
 use systems::lights::{Light, LightKind, LightRecord, ScoredLight, irradiance, light_record, score};

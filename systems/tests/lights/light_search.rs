@@ -1,12 +1,10 @@
 //! The choice of lights: the plain search against its definition, the fast one against the plain one, weights and
 //! residual.
 
-mod common;
-
-use bevy_tasks::TaskPoolBuilder;
-use common::{
+use crate::common::{
     LUMINANCE, Scene, any_direction, any_odd_light, any_place, any_policy, cases, placed, scene, true_falloff,
 };
+use bevy_tasks::TaskPoolBuilder;
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;

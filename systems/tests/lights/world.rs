@@ -1,10 +1,8 @@
 //! Lights in a world: slots, what is chosen again and what is kept, the lists of the policy `All`.
 
-mod common;
-
+use crate::common::{any_odd_light, any_place, any_policy, cases};
 use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::prelude::*;
-use common::{any_odd_light, any_place, any_policy, cases};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;

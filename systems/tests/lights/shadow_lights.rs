@@ -1,9 +1,7 @@
 //! Which lights have a shadow map: the list of those that may, their importance, and the best of them.
 
-mod common;
-
+use crate::common::{self, any_direction, any_light, any_odd_light, any_place, cases, placed};
 use bevy_ecs::prelude::*;
-use common::{any_direction, any_light, any_odd_light, any_place, cases, placed};
 use glam::{Affine3A, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;

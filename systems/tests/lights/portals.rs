@@ -1,9 +1,7 @@
 //! Cells and portals: what light comes through them, and that it is chosen as the plain search chooses.
 
-mod common;
-
+use crate::common::{any_light, any_place, any_policy, cases};
 use bevy_ecs::prelude::*;
-use common::{any_light, any_place, any_policy, cases};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
