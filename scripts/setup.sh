@@ -182,10 +182,7 @@ target_directory() {
 
 # The test programs that compare pictures, which must pass on other drivers and with other settings of drivers as well.
 # shellcheck disable=SC2034 # for those that source this file
-picture_tests="boxes_and_flow bright_edges changing_library culling custom_passes every_frame far_from_origin
-    frames light_pictures limits many_lights models oracle outputs pictures pieces popping sensors
-    shadow_maps shadow_updates sun_shadows technique_sets technique_symmetries techniques tone_curves vertex_rounding
-    views"
+picture_tests="models pictures shading"
 
 # test_arguments NAME...: for `cargo test`, to run those test programs alone.
 test_arguments() { printf -- '--test %s ' "$@"; }

@@ -1,8 +1,8 @@
 // What the shaders read. Structs mirror those of the same purpose in systems/draw/records.rs (…Record), PackedLight
-// that of systems/lights/record.rs; tests/shaders.rs compares every offset. Instances, lights, materials and lists of
-// lights (systems/lights/lists.rs) are tables in one texture: record r lies r times its size behind the first texel of
-// its table, four values in each, and its load_… function gathers it. (Why a texture: docs/architecture.md, "Tables in a
-// texture".) Compilers leave out the texels whose values nothing uses.
+// that of systems/lights/record.rs; tests/scenes/shaders.rs compares every offset. Instances, lights, materials and
+// lists of lights (systems/lights/lists.rs) are tables in one texture: record r lies r times its size behind the first
+// texel of its table, four values in each, and its load_… function gathers it. (Why a texture: docs/architecture.md,
+// "Tables in a texture".) Compilers leave out the texels whose values nothing uses.
 
 struct View {
     clip_from_world: mat4x4f,

@@ -1,5 +1,5 @@
 //! The structs that shaders read, but for those of lights. `shaders/types.wgsl` mirrors each of them;
-//! `tests/shaders.rs` compares every offset of the two.
+//! `tests/scenes/shaders.rs` compares every offset of the two.
 
 use crate::assets::material::MAP_COUNT;
 use bytemuck::{Pod, Zeroable};

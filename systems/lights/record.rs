@@ -23,7 +23,7 @@
 //! light rises up to a part in 1,000 faster. The search scores what comes out, [`PackedLight::unpacked`], not what went
 //! in.
 //!
-//! `shaders/types.wgsl` mirrors the structs; `tests/shaders.rs` compares offsets and what comes out.
+//! `shaders/types.wgsl` mirrors the structs; `tests/scenes/shaders.rs` compares offsets and what comes out.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec3Swizzles};

@@ -1,4 +1,4 @@
-"""Calibrates the cameras of tests/calibration.rs, one camera at many places, by their pictures of a chessboard.
+"""Calibrates the cameras of tests/sensors/calibration.rs, one camera at many places, by their pictures of a chessboard.
 
     calibration.py FOLDER
 """

@@ -1,4 +1,4 @@
-"""Reads exported files with others' programs, and compares with what was to be in them: tests/export/main.rs.
+"""Reads exported files with others' programs, and compares with what was to be in them: tests/sensors/export/mod.rs.
 
     export.py FOLDER
 

@@ -1,4 +1,4 @@
-"""Where OpenCV puts points: tests/lenses.rs.
+"""Where OpenCV puts points: tests/sensors/lenses.rs.
 
     lenses.py FILE
 

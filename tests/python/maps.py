@@ -1,4 +1,5 @@
-"""The map tools once more, from their formulas alone (docs/maps.md), in numpy: what tests/map_oracle.rs compares with.
+"""The map tools once more, from their formulas alone (docs/maps.md), in numpy: what tests/tools/map_oracle.rs compares
+with.
 
     maps.py FOLDER
 

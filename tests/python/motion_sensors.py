@@ -1,4 +1,4 @@
-"""Reads the files of an IMU and a GNSS receiver, and the log of the same run: tests/motion_sensors.
+"""Reads the files of an IMU and a GNSS receiver, and the log of the same run: tests/sensors/motion_sensors.
 
     motion_sensors.py FOLDER
 

@@ -1,4 +1,6 @@
-"""Reads the data set of tests/sensor_files.rs: equal arrays in all forms, and points where the scene has its planes."""
+"""Reads the data set of tests/sensors/sensor_files.rs: equal arrays in all forms, and points where the scene has its
+planes.
+"""
 
 import json
 import sys

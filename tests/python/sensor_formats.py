@@ -1,4 +1,6 @@
-"""Reads the data sets of tests/sensor_formats.rs: COCO's labels and KITTI's folders against the arrays beside them."""
+"""Reads the data sets of tests/sensors/sensor_formats.rs: COCO's labels and KITTI's folders against the arrays beside
+them.
+"""
 
 import copy
 import io

@@ -1,4 +1,5 @@
-"""Reads a log of sensors with others' programs, and compares it with other files of the same run: tests/sensor_log.rs.
+"""Reads a log of sensors with others' programs, and compares it with other files of the same run:
+tests/sensors/sensor_log.rs.
 
     sensor_log.py FOLDER
 

@@ -1,14 +1,24 @@
-//! Scene files from text to entities: what loads, what is refused and in which words.
+//! Scene files from text to entities: what loads, what is refused and in which words. And worlds of any origin:
+//! vehicles and roads in them, many at a time, data of a caller's own, and what shaders and debug views make of them.
 
+mod cell_view;
 mod cells;
+#[path = "../common/mod.rs"]
+mod common;
 mod custom_fields;
 mod faults;
 mod files;
 mod generators;
 mod models;
+mod own_data;
 mod places;
 mod rigs;
+mod roads;
+mod shaders;
+mod templates;
 mod values;
+mod vehicles;
+mod worlds;
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;

@@ -1,0 +1,117 @@
+//! The examples run without a window, and those that draw leave pictures of something.
+
+use crate::common;
+use crate::common::display::{Display, Running, wait_for};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Where cargo puts examples: beside the folder of this test's program.
+fn built(example: &str) -> PathBuf {
+    let test = std::env::current_exe().expect("this program");
+    let folder = test.parent().and_then(|deps| deps.parent()).expect("target/PROFILE/deps");
+    folder.join("examples").join(format!("{example}{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// The command for an example; `None`, said aloud, where it is not built.
+fn command(example: &str) -> Option<Command> {
+    let program = built(example);
+    if program.exists() {
+        return Some(Command::new(program));
+    }
+    common::skip(&format!("{} is not built (cargo build --examples)", program.display()));
+    None
+}
+
+/// Runs an example in a folder; returns what it prints.
+fn run(example: &str, folder: &Path) -> Option<String> {
+    let output = command(example)?.current_dir(folder).output().expect("it runs");
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    Some(common::text(&output.stdout))
+}
+
+fn colors_of(picture: &image::RgbImage) -> usize {
+    let mut colors: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
+    colors.sort_unstable();
+    colors.dedup();
+    colors.len()
+}
+
+fn pictures_of(example: &str, names: &[&str]) {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    if run(example, folder.path()).is_none() {
+        return;
+    }
+    for name in names {
+        let picture = image::open(folder.path().join(name)).expect("a picture").into_rgb8();
+        let colors = colors_of(&picture);
+        assert!(colors > 300, "{name} has {colors} colours");
+    }
+}
+
+#[test]
+fn add_light() {
+    pictures_of("add_light", &["add_light_1.png", "add_light_2.png"]);
+}
+
+#[test]
+fn add_vehicle() {
+    pictures_of("add_vehicle", &["add_vehicle.png"]);
+}
+
+#[test]
+fn many_objects() {
+    pictures_of("many_objects", &["many_objects.png"]);
+}
+
+#[test]
+fn several_cameras() {
+    pictures_of("several_cameras", &["front.png", "above.png"]);
+}
+
+#[test]
+fn swap_assets() {
+    pictures_of("swap_assets", &["swap_assets_1.png", "swap_assets_2.png"]);
+}
+
+#[test]
+fn own_pass() {
+    pictures_of("own_pass", &["own_pass.png"]);
+}
+
+#[test]
+fn own_state() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let said = run("own_state", folder.path());
+    assert!(said.is_none_or(|said| said == "100 steps come out as recorded\n"));
+}
+
+#[test]
+fn sensors() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(said) = run("sensors", folder.path()) else { return };
+    let steps: Vec<&str> = said.lines().filter_map(|line| line.split(':').next()).collect();
+    assert_eq!(steps, ["step 6", "step 12", "step 18"], "{said}");
+}
+
+#[test]
+fn own_world() {
+    pictures_of("own_world", &["own_world.png"]);
+}
+
+#[test]
+fn own_window() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(display) = Display::start(folder.path()) else { return };
+    let Some(mut command) = command("own_window") else { return };
+    command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("DISPLAY", &display.name);
+    let _running = Running(command.spawn().expect("it starts"));
+    let look = || display.look((480, 270)).filter(|picture| colors_of(picture) > 300);
+    let first = wait_for("a picture", look);
+    wait_for("another one", || look().filter(|picture| *picture != first));
+}
