@@ -1,5 +1,5 @@
-//! How long a bake takes: normal, height and occlusion maps of 2048² texels from a million triangles. Not criterion:
-//! one run says it.
+//! Time of a bake: normal, height and occlusion maps of 2048² texels from a million triangles. Not criterion: one run
+//! says it.
 //!
 //! `cargo bench --bench bake`; with a folder as argument (`-- FOLDER`), the two meshes are also written there as
 //! `low.glb` and `high.glb`, for `relief map bake`.

@@ -1,5 +1,5 @@
-//! How long the CPU half of a frame takes: [`Simulation::frame`] with cubes on a square grid, 3 m apart, 16 materials
-//! and 1,000 point lights of 10 m range spread over them; nothing moves, one object in a hundred, or all of them.
+//! Time of the CPU half of a frame: [`Simulation::frame`] with cubes on a square grid, 3 m apart, of 16 materials.
+//! Spread over them are 1,000 point lights of 10 m range. Nothing moves, one object in a hundred, or all of them.
 //!
 //! `…/100000 in tens` has ten cubes below each entity that moves.
 //!
@@ -28,7 +28,7 @@ use systems::space::Transform;
 const SPACING: f32 = 3.0;
 const LIGHTS: usize = 1_000;
 
-/// What moves.
+/// Marks an object that moves.
 #[derive(Component, Clone, Copy)]
 struct Moving;
 

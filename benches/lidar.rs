@@ -1,5 +1,5 @@
-//! How many beams a second a lidar fires in the town: 128 beams in 1,024 columns from the middle of its main street, on
-//! one thread and on two.
+//! Beams that a lidar fires in a second in the town, on one thread and on two. It has 128 beams in 1,024 columns and
+//! stands in the middle of the main street.
 //!
 //! `wall/…` is the time that passes, `cpu/…` that of all threads together, which other programs do not lengthen.
 //! `nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes all

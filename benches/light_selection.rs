@@ -1,5 +1,4 @@
-//! How long the choice of lights takes, in nanoseconds of processor time per object, which other programs do not
-//! lengthen.
+//! Time of the choice of lights, in nanoseconds of processor time per object, which other programs do not lengthen.
 //!
 //! `scattered/…` and `city/…` search for all objects on one thread: `three alone` is the hard choice, `tree` what the
 //! light tree costs, `floor` what memory alone costs, every sphere read and every selection written. `frame/…` runs the
@@ -124,7 +123,7 @@ struct Frames {
     night: NightLights,
 }
 
-/// Where a mesh whose bounds are the unit sphere has these.
+/// Transform that gives a mesh whose bounds are the unit sphere these bounds.
 fn filling(bounds: Sphere) -> GlobalTransform {
     Affine3A::from_scale_rotation_translation(Vec3::splat(bounds.radius), Quat::IDENTITY, bounds.center).into()
 }

@@ -1,4 +1,4 @@
-//! How much memory an object takes: a process with a single object beside processes with many, each a scene of its own.
+//! Memory of an object. A process with a single object is compared with processes of many, each a scene of its own.
 //!
 //! `cargo bench --bench memory` prints the columns of an object in its table, and bytes per object of what the process
 //! holds (VmRSS) and of the most that it held (VmHWM): `spawned`, before any frame; the `world` alone after a few

@@ -1,4 +1,4 @@
-//! What physically simulated vehicles cost: a step of 100 and of 1,000, apart and in a crowd, and their memory.
+//! Cost of physically simulated vehicles and their memory: a step of 100 and of 1,000, apart and in a crowd.
 //!
 //! `cargo bench --bench physics`
 

@@ -1,4 +1,4 @@
-//! What pictures of camera sensors cost: boxes on a ground plane under a sun without shadows, seen from N places at a
+//! Cost of pictures of camera sensors. They see boxes on a ground plane under a sun without shadows, from N places at a
 //! time. `benches/sensors` draws the same pictures with other programs.
 //!
 //! `cargo bench --bench sensors -- --boxes 50 --size 84 --views 64 --mode color+depth+instance` prints a line of JSON
@@ -37,11 +37,11 @@ use systems::sensors::{Beams, CameraOutput, CameraOutputs, CameraSensor, Lens, L
 const BOX: Vec3 = Vec3::new(1.8, 1.5, 4.0);
 /// Side of the ground, a square around the origin, metres.
 const GROUND: f32 = 240.0;
-/// Of the cameras above the ground, metres.
+/// Height of the cameras above the ground, metres.
 const EYE: f32 = 1.6;
 const FOV_Y_DEGREES: f32 = 60.0;
 const NEAR: f32 = 0.1;
-/// What programs with a far plane have there, metres; beyond the ground.
+/// Far plane of programs that have one, metres; beyond the ground.
 const FAR: f32 = 400.0;
 /// Linear RGB of the ground, of the sky and of the light that reaches all sides.
 const GROUND_COLOR: Vec3 = Vec3::splat(0.5);
@@ -66,7 +66,7 @@ struct Args {
     /// Outputs of each camera
     #[arg(long, default_value = "color+depth+instance", value_parser = parse_outputs)]
     mode: CameraOutputs,
-    /// How long a round takes at least
+    /// Least duration of a round
     #[arg(long, default_value_t = 3.0)]
     seconds: f64,
     /// Lines of figures
@@ -107,7 +107,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where everything is. Each number follows from its own place, so that more boxes or views leave those before as they
+/// Layout of the scene. Each number follows from its own place, so that more boxes or views leave those before as they
 /// are.
 struct Layout {
     /// Middles of the boxes, which have the axes of the scene.
@@ -277,12 +277,12 @@ fn write_array<'a>(
     })
 }
 
-/// How many sensors come and go, and how often one that stays is captured.
+/// Number of sensors that come and go, and of captures of one that stays.
 const MADE_AND_DROPPED: usize = 3_000;
 const CAPTURES: usize = 5_000;
 /// A reading of the memory once in so many captures.
 const READING: usize = 250;
-/// What later readings may lie apart: a fiftieth. Those of the first fifth are of what is still being filled.
+/// Allowed difference of later readings: a fiftieth. Those of the first fifth are of what is still being filled.
 const FLAT: f64 = 0.02;
 
 /// Sensors of every kind and several sizes come and go; then one that stays is captured again and again.

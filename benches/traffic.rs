@@ -1,5 +1,5 @@
-//! How long a step takes with 10,000 and 100,000 vehicles that follow each other, change lanes and wait at signals;
-//! each has four wheels that turn and eight lamps with lights.
+//! Time of a step with 10,000 and 100,000 vehicles that follow each other, change lanes and wait at signals; each has
+//! four wheels that turn and eight lamps with lights.
 //!
 //! `rings`: closed roads of three lanes, 1,000 m round. `town`: a grid of streets of one lane, a crossing with signals
 //! every 160 m, where vehicles go straight on or turn.
@@ -209,7 +209,7 @@ impl Scene {
     }
 }
 
-/// What the world does before vehicles drive: theirs is the whole step.
+/// Advances the world's time before vehicles drive: theirs is the whole step.
 fn next_step(clock: Res<clock::Clock>, mut now: ResMut<SubStep>) {
     SubStep::of(&clock).for_each(|part| *now = part);
 }

@@ -1,5 +1,5 @@
-//! What a step of many environments costs: worlds of one scene that are stepped and captured together, as learners use
-//! them. Each is stepped as often as its sensors are due, then all cameras are drawn in one submission.
+//! Cost of a step of many environments. Worlds of one scene are stepped and captured together, as learners use them.
+//! Each is stepped as often as its sensors are due, then all cameras are drawn in one submission.
 //!
 //! `cargo bench --bench worlds -- SCENE --worlds 64` prints a line of JSON for each round: milliseconds of processor
 //! time of all threads and of wall clock per environment step, and how much of these the steps of the simulation and
@@ -23,13 +23,13 @@ use systems::ecs::parallel::in_parallel;
 struct Args {
     /// A scene with sensors
     scene: PathBuf,
-    /// How many worlds of it
+    /// Number of worlds of it
     #[arg(long, default_value_t = 64)]
     worlds: usize,
     /// Steps of the simulation from capture to capture
     #[arg(long, default_value_t = 6)]
     steps: u32,
-    /// How long a round takes at least
+    /// Least duration of a round
     #[arg(long, default_value_t = 3.0)]
     seconds: f64,
     /// Lines of figures

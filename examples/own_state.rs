@@ -21,7 +21,7 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-/// What rises, in metres per second.
+/// Ascent of an entity, metres per second.
 #[derive(Component, Serialize, Deserialize, Clone)]
 #[serde(deny_unknown_fields)]
 struct Balloon {

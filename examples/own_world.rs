@@ -12,7 +12,7 @@ use relief::systems::space::GlobalTransform;
 #[derive(Resource)]
 struct Time(f32);
 
-/// What floats, at a place of the water.
+/// Marks an entity that floats, at a place of the water.
 #[derive(Component)]
 struct Floating {
     x: f32,

@@ -32,7 +32,7 @@ impl Animation {
         }
     }
 
-    /// What it can say of the time that a frame is shown; APNG has fractions of two 16-bit numbers.
+    /// Durations of a frame that the format can express; APNG has fractions of two 16-bit numbers.
     fn ticks(self, time: FrameTime) -> Ticks {
         let longest = u64::from(u16::MAX);
         match self {
@@ -47,7 +47,7 @@ impl Animation {
         }
     }
 
-    /// How the film would differ from its frames' times: what the format, or what shows it, cannot do.
+    /// Deviations of the film from its frames' times, in words: limits of the format, or of what shows it.
     pub fn shortcomings(self, frames: Range<u64>, time: FrameTime) -> Vec<String> {
         let count = frames.end - frames.start;
         let ticks = self.ticks(time);
@@ -109,7 +109,7 @@ pub fn encode(
     })
 }
 
-/// What a frame shows that the one before did not.
+/// Rectangle of a frame that differs from the one before.
 struct Delta {
     x: u32,
     y: u32,
@@ -177,7 +177,7 @@ fn delay(ticks: u64) -> Result<u16> {
 /// Hundredths of a second; viewers take less than this for a mistake and slow down.
 const SHORTEST_DELAY: u64 = 2;
 
-/// How much speed goes before quality when colours are chosen: 1 slow to 30 fast.
+/// Preference of speed over quality when colours are chosen: 1 slow to 30 fast.
 const COLOR_SPEED: i32 = 10;
 
 fn write_gif(file: &mut File, shown: &[Shown], picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {

@@ -41,7 +41,7 @@ pub struct BoxTree {
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Node {
-    /// Of its children's boxes the low sides by axis, and the high sides.
+    /// Bounds of its children: the low sides by axis, and the high sides.
     sides: [[Vec4; 3]; 2],
     /// Behind it in the tree: a search comes to each node once at most, whatever the boxes and the ray are.
     children: [u32; WIDTH],
@@ -60,15 +60,15 @@ pub type Open = Vec<Part>;
 #[derive(Clone, Copy)]
 pub struct Part {
     child: u32,
-    /// Where the ray enters its box.
+    /// Entry of the ray into its box, in units of the direction.
     near: f32,
 }
 
 /// A ray as it is tested against boxes.
 pub struct BoxRay {
-    /// Of the direction, by axis.
+    /// Reciprocal of the direction, by axis.
     inverse: [Vec4; 3],
-    /// What the sides count from that the ray meets first, and those that it meets last.
+    /// Origins for the sides that the ray meets first, and for those that it meets last.
     origins: [[Vec4; 3]; 2],
     /// By axis, which of the sides it meets first.
     first: [usize; 3],
@@ -90,8 +90,8 @@ impl BoxRay {
         }
     }
 
-    /// Where it enters a node's children, and a bit for each that it meets up to `far`. Not inline, where the compiler
-    /// takes the four apart again.
+    /// Finds the ray's entry into a node's children, and a bit for each that it meets up to `far`. Not inline, where
+    /// the compiler takes the four apart again.
     #[inline(never)]
     fn enters(&self, node: &Node, far: f32, near: &mut [f32; WIDTH]) -> u32 {
         let side = |axis: usize, last: usize| {
@@ -105,7 +105,7 @@ impl BoxRay {
     }
 }
 
-/// How long a tree may take to build.
+/// Effort of building a tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Quality {
     /// It is made anew before each use.
@@ -116,7 +116,7 @@ pub enum Quality {
     Best,
 }
 
-/// As obvhs wants them.
+/// Adapter of a box to obvhs.
 struct Bounded(Aabb);
 
 impl Boundable for Bounded {

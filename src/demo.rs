@@ -1,4 +1,4 @@
-//! Where the scenes and textures are that come with the program.
+//! Paths of the scenes and textures that come with the program.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

@@ -1,4 +1,4 @@
-//! How long frames of a film are shown: a step of the clock as a fraction, and what a format with ticks makes of it.
+//! Durations of a film's frames: steps of the clock as fractions, and their rounding to a format's ticks.
 
 use std::fmt;
 use std::ops::Range;
@@ -70,10 +70,10 @@ impl fmt::Display for FrameTime {
     }
 }
 
-/// What a format can say of the time that a picture is shown.
+/// Durations of a picture that a format can express.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Ticks {
-    /// How many ticks a second has.
+    /// Ticks of a second.
     pub per_second: u64,
     /// Least ticks of a picture.
     pub shortest: u64,
@@ -91,9 +91,10 @@ pub struct Shown {
 }
 
 impl Ticks {
-    /// Which frames are shown, each for how long. Every picture begins, and the last ends, at the tick nearest to its
-    /// time, so that roundings do not add up. Frames that would be shown for less than the shortest time are left out;
-    /// one that is shown for more than the longest stands there again. A film is one shortest time long at the least.
+    /// Frames that are shown, each with its duration. Every picture begins, and the last ends, at the tick nearest to
+    /// its time, so that roundings do not add up. Frames that would be shown for less than the shortest time are left
+    /// out; one that is shown for more than the longest stands there again. A film is one shortest time long at the
+    /// least.
     pub fn of_frames(&self, frames: Range<u64>, time: FrameTime) -> Vec<Shown> {
         let (of_second, of_time) = (u128::from(self.per_second), u128::from(time.numerator));
         let tick_of = |frame: u64| {

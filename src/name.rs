@@ -49,7 +49,7 @@ pub fn nearest<'a>(known: &[&'a str], wanted: &str) -> Option<&'a str> {
     scored.filter(|(score, _)| *score > 0.7).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
 }
 
-/// What a message on an unknown name goes on with: ` (did you mean "brick"?)`, or nothing where no known one is near.
+/// Continuation of a message on an unknown name: ` (did you mean "brick"?)`. It is empty where no known one is near.
 pub fn hint(known: &[&str], wanted: &str) -> String {
     nearest(known, wanted).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))
 }

@@ -1,4 +1,4 @@
-//! What most programs need: `use relief::prelude::*;`.
+//! Names that most programs need: `use relief::prelude::*;`.
 
 pub use crate::frames::Headless;
 pub use crate::import::load_model;

@@ -1,9 +1,9 @@
-//! What is wrong with a file: one form for scenes, models and images.
+//! Problems with files: one form for scenes, models and images.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// How bad a [`Problem`] is.
+/// Severity of a [`Problem`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The file loads, and something in it is left out or corrected.
@@ -15,7 +15,7 @@ pub enum Severity {
 /// One thing wrong with a file. Its text names the place: `path:line:column: place: what was expected`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Whether the file is refused for it.
+    /// [`Severity::Error`] if the file is refused for it.
     pub severity: Severity,
     /// The file.
     pub path: PathBuf,
@@ -23,7 +23,7 @@ pub struct Problem {
     pub line_column: Option<(usize, usize)>,
     /// The field (`entities[3].light.range`), JSON path or byte offset; empty where there is none.
     pub place: String,
-    /// What is the matter, and what was expected.
+    /// Description of the problem, and of what was expected.
     pub message: String,
 }
 
@@ -39,7 +39,7 @@ impl Problem {
         Self { severity: Severity::Warning, ..Self::error(path, message) }
     }
 
-    /// Whether the file is refused for it.
+    /// Tells if the file is refused for it.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }

@@ -13,14 +13,14 @@ use obvhs::aabb::Aabb;
 
 /// The largest coordinate in inner units is above half of this, and at most this.
 pub const INNER_SIZE: f32 = 1024.0;
-/// How much larger boxes are than what is in them, as a share of the largest coordinate.
+/// Margin of boxes around what is in them, as a share of the largest coordinate.
 const PADDING: f32 = 1.0 / (1 << 16) as f32;
-/// How far outside a triangle, as a share of its size, a ray still meets it.
+/// Distance outside a triangle, as a share of its size, at which a ray still meets it.
 const EDGE_SLACK: f32 = 1.0 / (1 << 22) as f32;
 /// Triangles of a leaf, which are tested at once.
 const GROUP: usize = 4;
 
-/// Why there is no tree over some triangles.
+/// Reasons why there is no tree over some triangles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Unfit {
     /// There are none, or all are at the origin.
@@ -32,7 +32,6 @@ pub enum Unfit {
 /// Triangles in a tree.
 pub struct TriangleTree {
     tree: BoxTree,
-    /// Of each leaf.
     triangles: Vec<Triangles>,
     inner_from_metres: f32,
 }
@@ -67,7 +66,7 @@ impl TreeRay {
     }
 }
 
-/// Where a ray meets a triangle.
+/// Hit of a ray on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Met {
     /// Along the ray, in units of its direction.
@@ -79,7 +78,7 @@ pub struct Met {
 }
 
 impl Met {
-    /// Of the triangle's corners, 1 together.
+    /// Barycentric weights of the triangle's corners, 1 together.
     pub fn weights(&self) -> Vec3 {
         let weights = Vec3::from(self.volumes / (self.volumes.x + self.volumes.y + self.volumes.z));
         // Within the slack a weight may lie a little below 0.
@@ -144,7 +143,7 @@ impl TriangleTree {
         nearest
     }
 
-    /// Whether a ray meets anything up to `far`, from either side.
+    /// Tells if a ray meets anything up to `far`, from either side.
     #[cfg(feature = "tools")]
     pub fn is_hit(&self, ray: &TreeRay, far: f32) -> bool {
         let mut is_hit = false;
@@ -167,8 +166,8 @@ impl Triangles {
         }
     }
 
-    /// What a ray meets of them up to `far`. `near`: where it enters the leaf's box. Not inline, where the compiler
-    /// takes the four apart again.
+    /// Finds the hits of a ray on them up to `far`. `near`: its entry into the leaf's box. Not inline, where the
+    /// compiler takes the four apart again.
     #[inline(never)]
     fn meet(&self, ray: &TreeRay, near: f32, far: f32) -> MetInLeaf {
         let (origin, direction) = (by_axis(ray.origin), by_axis(ray.direction));
@@ -196,7 +195,7 @@ impl Triangles {
     }
 }
 
-/// What a ray meets of a leaf's triangles.
+/// Hits of a ray on a leaf's triangles.
 struct MetInLeaf {
     /// Infinity where it meets none.
     t: [f32; GROUP],
@@ -219,7 +218,7 @@ fn plus(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// As glam's: what two triangles compute of an edge from either end differs in its sign alone.
+/// Cross product in glam's order. Two triangles compute values of a shared edge that differ in sign alone.
 fn cross(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
     [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }

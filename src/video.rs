@@ -24,7 +24,7 @@ pub enum VideoError {
         "cannot run ffmpeg, which encodes videos ({reason}); to install it: apt-get install ffmpeg (Debian, Ubuntu)"
     )]
     NoEncoder {
-        /// What the operating system says.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
     /// ffmpeg does not know what to make of the name.
@@ -43,8 +43,8 @@ pub enum VideoError {
     Output(#[from] OutputError),
 }
 
-/// Whether the film can be written and its name is one that ffmpeg makes a film of, asked before hours of rendering.
-/// Where ffmpeg is missing, says what is made instead.
+/// Checks, before hours of rendering, that the film can be written and that ffmpeg knows its format. If ffmpeg is
+/// missing, it says what is made instead.
 ///
 /// # Errors
 /// [`VideoError`].
@@ -71,7 +71,7 @@ pub fn check(path: &Path) -> Result<(), VideoError> {
     check_ending(path)
 }
 
-/// Whether [`Film`]s can be made.
+/// Checks that [`Film`]s can be made.
 ///
 /// # Errors
 /// [`VideoError::NoEncoder`].
@@ -131,7 +131,7 @@ fn check_ending(path: &Path) -> Result<(), VideoError> {
     Err(if is_of_system { VideoError::Failed { path, message } } else { VideoError::UnknownEnding { path, message } })
 }
 
-/// What ffmpeg passes on from the operating system.
+/// Messages of the operating system that ffmpeg passes on.
 const OF_SYSTEM: [&str; 5] = [
     "No space left on device",
     "Disk quota exceeded",
@@ -140,7 +140,7 @@ const OF_SYSTEM: [&str; 5] = [
     "Input/output error",
 ];
 
-/// What ffmpeg writes before it is renamed; whole, for ffmpeg may run in another folder.
+/// Path that ffmpeg writes before it is renamed; absolute, for ffmpeg may run in another folder.
 fn temporary(path: &Path) -> Result<PathBuf, OutputError> {
     let mut name = std::ffi::OsString::from(format!(".part-{}-", std::process::id()));
     name.push(path.file_name().unwrap_or_default());
@@ -151,13 +151,13 @@ fn last_line(said: &[u8]) -> String {
     String::from_utf8_lossy(said).lines().last().unwrap_or("no message").to_owned()
 }
 
-/// Whether it runs.
+/// Checks that it runs.
 fn ffmpeg() -> std::io::Result<()> {
     let output = Command::new("ffmpeg").arg("-version").stdin(Stdio::null()).output()?;
     if output.status.success() { Ok(()) } else { Err(std::io::Error::other(last_line(&output.stderr))) }
 }
 
-/// What is made of a name: an animated picture where it asks for one or ffmpeg is missing; else a film, by ffmpeg.
+/// Output for a name: an animated picture where it asks for one or ffmpeg is missing; else a film, by ffmpeg.
 fn made(path: &Path) -> (PathBuf, Option<Animation>) {
     match Animation::of(path) {
         Some(kind) => (path.to_owned(), Some(kind)),

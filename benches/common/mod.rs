@@ -1,4 +1,4 @@
-//! What several benchmarks share.
+//! Common parts of several benchmarks.
 
 use cpu_time::ProcessTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};

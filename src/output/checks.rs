@@ -23,7 +23,7 @@ pub fn make_folder(path: &Path) -> Result<(), OutputError> {
 /// is under these.
 ///
 /// # Errors
-/// What the operating system says.
+/// Errors of the operating system.
 pub fn create_anew(path: &Path) -> std::io::Result<fs::File> {
     if has_other_names(path) {
         fs::remove_file(real(path))?;

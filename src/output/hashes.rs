@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// The hash of a file that need not fit into memory, in hexadecimal digits.
 ///
 /// # Errors
-/// What the operating system says.
+/// Errors of the operating system.
 pub fn hash_of(path: &Path) -> std::io::Result<String> {
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(path)?)?;

@@ -16,7 +16,7 @@ pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), Outpu
 /// Bytes of a PNG file of a picture.
 ///
 /// # Errors
-/// What PNG has no form for.
+/// Pictures that PNG has no form for.
 pub fn encode_png(picture: &image::DynamicImage) -> image::ImageResult<Vec<u8>> {
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
     let mut bytes = Vec::new();

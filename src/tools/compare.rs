@@ -1,4 +1,4 @@
-//! How far a picture is from a reference: luminance error in linear HDR, and FLIP of what is shown.
+//! Error of a picture against a reference: luminance error in linear HDR, and FLIP of what is shown.
 //!
 //! Luminance error asks how much light is missing or too much, and seams how far that changes where two pieces of an
 //! object meet. FLIP asks what a viewer notices on flipping between the two. None knows where the pictures come from.
@@ -6,8 +6,8 @@
 use image::RgbImage;
 use systems::lights::LUMINANCE;
 
-/// How large a pixel appears to the viewer that [`flip`] assumes: pixels per degree of visual angle. FLIP's own
-/// default, a 0.7 m wide screen of 3840 pixels seen from 0.7 m.
+/// Size of a pixel for the viewer that [`flip`] assumes: pixels per degree of visual angle. FLIP's own default, a 0.7 m
+/// wide screen of 3840 pixels seen from 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = flip_rs::DEFAULT_PPD;
 
 /// Pictures of at most so many pixels are compared. FLIP needs about 60 bytes for each.
@@ -65,7 +65,7 @@ pub fn luminance_error(reference: &[f32], other: &[f32], counted: &[bool]) -> Lu
     LuminanceError { of_pixels, mean, p99 }
 }
 
-/// How far a difference is from 0, in means of the reference.
+/// Magnitude of a difference, in means of the reference.
 fn relative(difference: f64, mean_reference: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference.abs() / mean_reference }
 }
@@ -76,7 +76,7 @@ fn percentile(ascending: &[f64], thousandths: usize) -> f64 {
     ascending.get(rank).copied().unwrap_or(0.0)
 }
 
-/// What a pixel shows.
+/// Object and piece that a pixel shows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shown {
     /// A number for the object.
@@ -96,9 +96,9 @@ pub fn piece_borders(shown: &[Option<Shown>], width: usize) -> Vec<[usize; 2]> {
     (0..shown.len()).flat_map(|pixel| [right(pixel), Some([pixel, pixel + width])]).flatten().filter(meet).collect()
 }
 
-/// How far the error changes from one piece of an object to the next. Over the pairs of pixels `borders`
-/// ([`piece_borders`]): the 99.9th percentile (nearest rank) of |(L − L_ref) − (L − L_ref)'| over the mean of L_ref,
-/// that mean as of [`luminance_error`]. An edge that the reference has, too, does not count. 0 without pairs.
+/// Change of the error from one piece of an object to the next. Over the pairs of pixels `borders` ([`piece_borders`]):
+/// the 99.9th percentile (nearest rank) of |(L − L_ref) − (L − L_ref)'| over the mean of L_ref, that mean as of
+/// [`luminance_error`]. An edge that the reference has, too, does not count. 0 without pairs.
 ///
 /// # Panics
 /// If a pair is of pixels that are not there.
@@ -147,7 +147,7 @@ pub fn flip(reference: &RgbImage, other: &RgbImage) -> Result<f64, CompareError>
     Ok(map.pixels().iter().copied().map(f64::from).sum::<f64>() / map.pixels().len() as f64)
 }
 
-/// Whether pictures of this size can be compared; to be asked before they are made.
+/// Checks that pictures of this size can be compared; to be asked before they are made.
 ///
 /// # Errors
 /// [`CompareError::TooLarge`].

@@ -4,10 +4,10 @@ use crate::frames::FrameError;
 use crate::tools::compare::CompareError;
 use std::path::PathBuf;
 
-/// What stops a tool.
+/// Errors of tools.
 #[derive(Debug, thiserror::Error)]
 pub enum ToolError {
-    /// What stops the rendering of frames.
+    /// An error in rendering frames.
     #[error(transparent)]
     Frame(FrameError),
     /// A gallery of a scene without mesh variants.

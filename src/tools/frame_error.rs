@@ -1,4 +1,4 @@
-//! What the figures of a frame's error have in common: which frame, and where its pictures go.
+//! Common parts of a frame's error figures: the choice of the frame, and the folder of its pictures.
 
 use crate::frames::LoadOptions;
 use std::path::PathBuf;
@@ -6,14 +6,14 @@ use systems::Simulation;
 use systems::assets::Technique;
 use systems::lights::LightRecord;
 
-/// What `relief lights` and `relief shadows` compare.
+/// Settings of `relief lights` and `relief shadows`.
 #[derive(Clone, Debug)]
 pub struct FrameErrorJob {
     /// Scene file or model.
     pub scene: PathBuf,
-    /// How the scene is loaded.
+    /// Options of loading the scene.
     pub load: LoadOptions,
-    /// Where the pictures go; made if missing.
+    /// Folder for the pictures; made if missing.
     pub folder: PathBuf,
     /// Steps of the clock before the picture.
     pub frame: u64,
@@ -26,13 +26,13 @@ pub struct FrameErrorJob {
 }
 
 impl FrameErrorJob {
-    /// Where the picture of that name goes.
+    /// Path of the picture of that name.
     pub(crate) fn picture(&self, name: &str) -> PathBuf {
         self.folder.join(name).with_extension("png")
     }
 }
 
-/// How many lights of the last frame are on.
+/// Number of lights that are on in the last frame.
 pub(crate) fn lights_on(simulation: &Simulation) -> usize {
     simulation.draw_list().lights.records.iter().filter(|light| light.kind() != LightRecord::OFF).count()
 }

@@ -20,14 +20,14 @@ const GAP: u32 = 8;
 /// The sheet's own name.
 const SHEET: &str = "gallery";
 
-/// What to draw.
+/// Settings of a gallery.
 #[derive(Clone, Debug)]
 pub struct GalleryJob {
     /// A scene with mesh variants.
     pub scene: PathBuf,
-    /// How the scene is loaded.
+    /// Options of loading the scene.
     pub load: LoadOptions,
-    /// Where the pictures go; made if missing.
+    /// Folder for the pictures; made if missing.
     pub folder: PathBuf,
     /// Pixels of each picture.
     pub size: (u32, u32),

@@ -1,4 +1,4 @@
-//! How far a scene lit by some lights per object is from one lit by all: `relief lights`.
+//! Error of a scene lit by some lights per object against one lit by all: `relief lights`.
 //!
 //! One frame is drawn as the scene has it, and with each [`LightPolicy`] for all objects; without shadows, whose error
 //! `relief shadows` tells. Luminance is compared before the tone map, over the pixels that show an object; FLIP
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use systems::draw::pieces::PieceOf;
 use systems::lights::{LightPolicies, LightPolicy};
 
-/// How far a policy is from [`LightPolicy::All`].
+/// Error of a policy against [`LightPolicy::All`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PolicyError {
     /// Mean over the pixels that show an object of |L − L_all|, over the mean of L_all there.
@@ -29,12 +29,12 @@ pub struct PolicyError {
     pub p99: f64,
     /// Mean FLIP of the tone-mapped pictures.
     pub flip: f64,
-    /// Where two pieces of one object meet, 99.9 % of the steps of (L − L_all) / mean L_all from pixel to pixel are at
-    /// most this high; 0 without such pixels.
+    /// Error at seams, where two pieces of one object meet. 99.9 % of the steps of (L − L_all) / mean L_all from pixel
+    /// to pixel are at most this high; 0 without such pixels.
     pub seams: f64,
 }
 
-/// What was found.
+/// Results of the comparison.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct LightReport {
     /// The scene.
@@ -165,7 +165,7 @@ fn draw(
     Ok(PolicyPicture { picture, luminances })
 }
 
-/// What the object in a slot is and is a piece of.
+/// Object in a slot, and the piece of it that the slot holds.
 fn shown(world: &World, objects: &[Option<EntityIndex>], slot: u32) -> Option<Shown> {
     let piece = objects.get(slot as usize).copied().flatten()?;
     let whole = world.get::<PieceOf>(world.entities().resolve_from_index(piece));

@@ -1,4 +1,4 @@
-//! How far a scene's shadows are from those that rays find: `relief shadows`.
+//! Error of a scene's shadows against those that rays find: `relief shadows`.
 //!
 //! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`,
 //! has all lights, whatever cells there are, each where a ray from the surface reaches it. Against it stand the frame
@@ -22,7 +22,7 @@ use systems::cells::Cells;
 use systems::draw::View;
 use systems::lights::{LightPolicies, LightPolicy};
 
-/// How far a picture is from the reference.
+/// Error of a picture against the reference.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ShadowError {
     /// Mean over the pixels that show an object of |L − L_truth|, over the mean of L_truth there.
@@ -33,7 +33,7 @@ pub struct ShadowError {
     pub flip: f64,
 }
 
-/// What was found.
+/// Results of the comparison.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ShadowReport {
     /// The scene.
@@ -60,11 +60,11 @@ pub struct ShadowReport {
     pub maps: ShadowError,
     /// Every light of an object's list as rays find it, without shadows in what is left out of the list.
     pub perfect: ShadowError,
-    /// What cells do; `None` without any.
+    /// Effect of cells; `None` without any.
     pub cells: Option<CellsReport>,
 }
 
-/// What the cells of a scene do to its lights.
+/// Effect of a scene's cells on its lights.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CellsReport {
     /// No shadows and no cells.
@@ -115,7 +115,7 @@ struct Shot {
     luminances: Vec<f32>,
 }
 
-/// What says which lights are seen.
+/// Source of the lights' visibility.
 #[derive(Clone, Copy)]
 enum Shadows<'a> {
     /// Shadow maps, at most so many.

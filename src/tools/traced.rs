@@ -1,4 +1,4 @@
-//! Which lights are seen from what a picture shows, found by rays: the reference for shadows.
+//! Visibility of lights from the surfaces that a picture shows, found by rays: the reference for shadows.
 //!
 //! The triangles of all drawn objects, without levels of detail, are placed relative to the eye in double precision.
 //! They lie in a bounding volume hierarchy. For each pixel:
@@ -34,14 +34,14 @@ use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
 use systems::lights::{Light, LightLists, LightRecord, LightTable, NO_LIGHT, NoShadow, SelectedLights};
 
-/// Of the sizes that a place was computed with, how far it may be off. Meshes, transforms and lights are floats; each
-/// rounds by 2⁻²⁴. Sixteen of these are more than a product and sum of three takes.
+/// Largest error of a computed place, relative to the sizes that went into it. Meshes, transforms and lights are
+/// floats; each rounds by 2⁻²⁴. Sixteen of these are more than a product and sum of three takes.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
 /// Metres that the boxes of triangles are wider than these, beside [`ROUNDING`]: their test computes with floats.
 const BOX_ROOM: f32 = 1e-5;
 
-/// How far beyond its edges a triangle is hit, as a part of it: no ray passes between two that share an edge.
+/// Margin of a triangle beyond its edges, as a part of it: no ray passes between two that share an edge.
 const EDGE: f64 = 1e-9;
 
 /// Places of a light's disc that rays go to.
@@ -51,7 +51,7 @@ const RIM: usize = 20;
 const STRIDE: usize = 24;
 const FIRST: usize = RIM + (PLACES - RIM).div_ceil(STRIDE);
 
-/// What rays need to know of a drawn object.
+/// Properties of a drawn object that rays need.
 #[derive(Clone, Copy)]
 struct Drawn {
     alpha: AlphaMode,
@@ -71,8 +71,8 @@ struct PlacedTriangle {
 }
 
 impl PlacedTriangle {
-    /// How far along a ray it is hit, in units of the direction (Möller, Trumbore: "Fast, Minimum Storage Ray/Triangle
-    /// Intersection", 1997).
+    /// Distance along a ray at which it is hit, in units of the direction (Möller, Trumbore: "Fast, Minimum Storage
+    /// Ray/Triangle Intersection", 1997).
     fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let [a, b, c] = self.corners;
         let (first, second) = (b - a, c - a);
@@ -106,7 +106,7 @@ impl Boundable for PlacedTriangle {
     }
 }
 
-/// Where a ray from the eye meets a triangle.
+/// Hit of a ray from the eye on a triangle.
 #[derive(Clone, Copy)]
 struct Hit {
     along: f64,
@@ -114,11 +114,11 @@ struct Hit {
     slot: u32,
 }
 
-/// What a pixel shows.
+/// Surface that a pixel shows.
 struct Surface {
     /// Relative to the eye, metres.
     place: DVec3,
-    /// Of the triangle, unit, toward the eye.
+    /// Normal of the triangle, unit, toward the eye.
     normal: DVec3,
     /// Metres that the place may be off.
     error: f64,
@@ -129,7 +129,7 @@ struct EyeRays {
     world_from_view: DMat3,
     /// Half the width and height of what is seen at a distance of 1, or anywhere where the projection is parallel.
     half: DVec2,
-    /// How far the principal point is from the middle, from −1 to 1 across the picture.
+    /// Offset of the principal point from the middle, from −1 to 1 across the picture.
     aside: DVec2,
     pixels: DVec2,
     parallel: bool,
@@ -156,7 +156,8 @@ impl EyeRays {
         }
     }
 
-    /// Where the ray through a place of the picture begins, and its direction, by whose length the depth grows by 1.
+    /// Origin and direction of the ray through a place of the picture. The depth grows by 1 over the direction's
+    /// length.
     fn through(&self, place: DVec2) -> (DVec3, DVec3) {
         let clip = (place / self.pixels * 2.0 - 1.0) * DVec2::new(1.0, -1.0);
         let across = (clip - self.aside) * self.half;
@@ -188,7 +189,7 @@ pub(crate) struct TracedScene {
 }
 
 impl TracedScene {
-    /// What a world's last frame draws, seen by a view.
+    /// Builds the scene of a world's last frame, seen by a view.
     pub fn new(simulation: &Simulation, view: &View) -> Self {
         let (list, records) = (simulation.draw_list(), simulation.instance_records());
         let mut room = Vec::new();
@@ -298,8 +299,8 @@ impl TracedScene {
         })
     }
 
-    /// What a ray from the eye meets, nearest first, each object once: up to the first opaque one. `only`: of one
-    /// object.
+    /// Finds the hits of a ray from the eye, nearest first, up to the first opaque one. Each object counts once.
+    /// `only`: of one object.
     fn meet(&self, place: DVec2, only: Option<u32>, hits: &mut Vec<Hit>) {
         hits.clear();
         let Some(tree) = &self.tree else { return };
@@ -344,7 +345,7 @@ impl TracedScene {
         lights.of(hit.slot).iter().map(share).collect()
     }
 
-    /// Where a ray from the eye meets something.
+    /// Surface at a hit of a ray from the eye.
     fn surface(&self, place: DVec2, hit: &Hit) -> Surface {
         let (origin, direction) = self.eye_rays.through(place);
         let triangle = &self.triangles[hit.leaf];
@@ -393,7 +394,7 @@ impl TracedScene {
         Some((seen * usize::from(u8::MAX) / PLACES) as u8)
     }
 
-    /// Whether nothing that casts shadows is in a ray's way for so many metres.
+    /// Tells if no shadow caster blocks a ray for so many metres.
     fn is_free(&self, from: DVec3, toward: DVec3, distance: f64) -> bool {
         let Some(tree) = self.tree.as_ref().filter(|_| distance > 0.0) else { return true };
         tree.ray_traverse_miss(Ray::new(from.as_vec3a(), toward.as_vec3a(), 0.0, above(distance)), |_, leaf| {
@@ -420,8 +421,8 @@ fn above(value: f64) -> f32 {
     (value * (1.0 + ROUNDING)) as f32
 }
 
-/// Whether a light that reaches an object gives light to a place of it: within its range and its cone. What shaders
-/// compute may round otherwise at the edge, so the cone is a little wider.
+/// Tells if a light that reaches an object lights a place of it: within its range and its cone. Shaders may round
+/// otherwise at the edge, so the cone is a little wider.
 fn gives_light(light: &LightRecord, toward: DVec3, distance: f64) -> bool {
     match light.kind {
         LightRecord::OFF => false,
@@ -443,7 +444,7 @@ pub(crate) struct ObjectLights {
 }
 
 impl ObjectLights {
-    /// Of the world's last frame.
+    /// Collects the lights of the world's last frame.
     pub fn new(simulation: &Simulation) -> Self {
         let (world, list) = (&simulation.world, simulation.draw_list());
         let lists = world.resource::<LightLists>();
@@ -461,7 +462,7 @@ impl ObjectLights {
         }
     }
 
-    /// Of the object in a slot.
+    /// Lights of the object in a slot.
     pub fn of(&self, slot: u32) -> &[u32] {
         self.lists.get(slot as usize).map_or(&[], Vec::as_slice)
     }

@@ -1,4 +1,4 @@
-//! Where a picture is seen from: a camera of the scene, or a vehicle, from behind or from the driver's seat.
+//! Viewpoints of pictures: a camera of the scene, or a vehicle, from behind or from the driver's seat.
 
 #[cfg(feature = "vehicles")]
 mod vehicle;
@@ -8,7 +8,8 @@ use glam::Affine3A;
 use systems::draw::{Camera, View};
 use systems::space::GlobalTransform;
 
-/// What is looked through. Nothing of it is in the world: it follows from where things are.
+/// Origin of a view: a camera, or a place at a vehicle. The world holds no state of it: it follows from where things
+/// are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Viewpoint {
     /// An entity with a [`Camera`].
@@ -45,7 +46,7 @@ impl Viewpoint {
         }
     }
 
-    /// What is seen, as of the last frame.
+    /// View from there, as of the last frame.
     pub fn view(self, world: &World, (width, height): (u32, u32)) -> View {
         match self {
             Self::Camera(camera) => {

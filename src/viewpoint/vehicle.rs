@@ -38,7 +38,7 @@ pub fn from_seat(world: &World, vehicle: Entity, (width, height): (u32, u32)) ->
     View::new(&(place(world, vehicle) * vehicle_from_eye), &Camera { near, ..wide }, width, height)
 }
 
-/// How a vehicle is seen.
+/// Camera of views of a vehicle and from its seat.
 fn wide() -> Camera {
     Camera { projection: Projection::Perspective { fov_y: 0.9, aspect: None }, ..Camera::default() }
 }

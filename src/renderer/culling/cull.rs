@@ -1,6 +1,6 @@
-//! Which objects a view draws, found on the GPU: shaders/cull.wgsl tests every slot against the view and writes the
-//! lists of visible slots, near ones first, and the arguments of the indirect draws. The CPU does the same few calls
-//! however many objects there are, and learns the counts only if it asks for them.
+//! Culling of a view's objects on the GPU. shaders/cull.wgsl tests every slot against the view. It writes the lists of
+//! visible slots, near ones first, and the arguments of the indirect draws. The CPU does the same few calls however
+//! many objects there are, and learns the counts only if it asks for them.
 //!
 //! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
 //! that the depths of the first show to be in sight as well.
@@ -25,7 +25,7 @@ use wgpu::util::DrawIndexedIndirectArgs;
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct CullRecord {
-    /// Of the view's frustum, world space: inward unit normal and offset.
+    /// Planes of the view's frustum, world space: inward unit normal and offset.
     pub planes: [[f32; 4]; 6],
     /// Pages of instances.
     pub page_count: u32,
@@ -35,18 +35,18 @@ pub struct CullRecord {
     pub draw_count: u32,
     /// 1: objects are drawn in two phases.
     pub occlusion: u32,
-    /// Of the picture, pixels.
+    /// Size of the picture, pixels.
     pub size: [f32; 2],
-    /// Of the depth pyramid.
+    /// Levels of the depth pyramid.
     pub pyramid_levels: u32,
     /// Metres that a level of detail may be off: where the projection is parallel; else, at a distance of one metre.
     pub allowed_error: f32,
     /// Per pixel: 1 or 4.
     pub samples: u32,
-    /// How far the rasteriser may move a vertex, pixels ([`Gpu::vertex_rounding`]).
+    /// Largest distance that the rasteriser may move a vertex, pixels ([`Gpu::vertex_rounding`]).
     pub vertex_rounding: f32,
-    /// Where indirect draws must begin at the first instance: places from a draw's list of visible slots in the early
-    /// phase to that in the late one. Else 0: the one follows the other at once.
+    /// Offset of a draw's list of visible slots in the late phase from that in the early one. It is used where indirect
+    /// draws must begin at the first instance. Else 0: the one follows the other at once.
     pub late_offset: u32,
     /// Room for 16-byte alignment.
     pub pad0: u32,
@@ -55,9 +55,9 @@ pub struct CullRecord {
 /// One half of a frame's draws.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Phase {
-    /// What was seen when the view was last drawn; without occlusion, everything in view.
+    /// Objects seen when the view was last drawn; without occlusion, everything in view.
     Early,
-    /// What else is in sight.
+    /// Other objects in sight.
     Late,
 }
 
@@ -87,7 +87,7 @@ pub(crate) struct Culling {
     first_instance: bool,
 }
 
-/// What one phase draws.
+/// Indirect draws of one phase.
 #[derive(Debug)]
 pub(crate) struct PhaseDraws {
     /// One [`DrawIndexedIndirectArgs`] per element of [`IndirectDraws::list`].
@@ -105,7 +105,7 @@ pub(crate) struct DirectDraws {
     pub ranges: Vec<Range<u32>>,
 }
 
-/// What culling keeps for one view.
+/// Culling state of one view.
 #[derive(Debug)]
 pub(crate) struct CulledView {
     record: wgpu::Buffer,
@@ -117,12 +117,12 @@ pub(crate) struct CulledView {
     phases: [PhaseDraws; 2],
     pyramid: Option<Pyramid>,
     counts: CullRecord,
-    /// What the eye sees of a world with cells; `None` without any.
+    /// Sight of the eye through a world's cells; `None` without any.
     sight: Option<Sight>,
     sight_planes: wgpu::Buffer,
     /// The draws that the lists were made for.
     draws: IndirectDrawsVersion,
-    /// What the CPU has found in place of the GPU.
+    /// Draws found by the CPU in place of the GPU.
     direct: Option<DirectDraws>,
 }
 
@@ -305,7 +305,7 @@ impl CulledView {
         }
     }
 
-    /// What the CPU has found to be visible; `None` where the GPU is asked.
+    /// Draws that the CPU has found to be visible; `None` where the GPU is asked.
     pub fn direct(&self) -> Option<&DirectDraws> {
         self.direct.as_ref()
     }
@@ -320,8 +320,7 @@ impl CulledView {
         self.visible.buffer()
     }
 
-    /// How far behind those of the early phase the lists of a phase are, where draws must begin at the first instance;
-    /// else 0.
+    /// Offset of a phase's lists from those of the early phase, where draws must begin at the first instance; else 0.
     pub fn list_offset(&self, phase: Phase) -> u32 {
         if phase == Phase::Late { self.counts.late_offset } else { 0 }
     }

@@ -1,4 +1,4 @@
-//! Which objects a view draws, found on the CPU: for views of a world of few objects, whose draws are then direct ones.
+//! Culling of a view's objects on the CPU, for worlds of few objects, whose draws are then direct ones.
 //!
 //! The culling pass ([`super::cull`]) costs the same few dispatches for ten objects and for ten thousand. A view of
 //! a camera sensor, a hundred pixels wide and one of many, takes less time to draw than to cull so. Here the sphere of
@@ -36,7 +36,7 @@ struct Object {
     batch: usize,
     /// World space; as large as its mesh's, which may lie far from its own origin, with room for rounding.
     bounds: Sphere,
-    /// How much larger than in object space.
+    /// Largest scale of its `world_from_object`.
     scale: f32,
 }
 
@@ -79,8 +79,8 @@ impl FewObjects {
         few
     }
 
-    /// What a view draws; `draws`: all draws, those of a batch's levels of detail one after another, or the first
-    /// alone; `only`: of all objects those in these slots.
+    /// Visible draws of a view; `draws`: all draws, those of a batch's levels of detail one after another, or the first
+    /// alone; `only`: slots of the objects that may be drawn, `None`: all.
     pub fn visible(&self, view: &View, levels: &LevelOfDetail, draws: &[Draw], only: Option<&SlotSet>) -> DirectDraws {
         let planes = view.frustum_planes();
         let pixels_at_1m = view.pixels_at_1m();

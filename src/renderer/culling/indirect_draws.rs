@@ -23,15 +23,15 @@ use wgpu::util::DrawIndexedIndirectArgs;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct CullBatchRecord {
-    /// Of the mesh's bounding sphere, object space.
+    /// Centre of the mesh's bounding sphere, object space.
     pub center: [f32; 3],
-    /// Of the mesh's bounding sphere, object space.
+    /// Radius of the mesh's bounding sphere, object space.
     pub radius: f32,
-    /// Of the box around the mesh, from the same centre, object space.
+    /// Half extents of the box around the mesh, from the same centre, object space.
     pub half_extents: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad0: u32,
-    /// Of each level of detail, metres in object space; beyond any measure where there is none.
+    /// Error of each level of detail, metres in object space; beyond any measure where there is none.
     pub errors: [f32; MOST_LEVELS],
 }
 
@@ -45,7 +45,7 @@ pub struct CullDrawRecord {
     pub first_entry: u32,
     /// One past the last of its entries.
     pub end_entry: u32,
-    /// Where its list of visible slots begins, in the early phase.
+    /// Start of its list of visible slots, in the early phase.
     pub first_visible: u32,
 }
 
@@ -53,13 +53,13 @@ pub struct CullDrawRecord {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draw {
     pub key: BatchKey,
-    /// What it reads, but for the first instance and the number of them, which culling fills in.
+    /// Arguments of the draw, except first instance and instance count, which culling fills in.
     pub indirect: DrawIndexedIndirectArgs,
-    /// Where its slots begin in the list of visible ones, in the early phase.
+    /// Start of its slots in the list of visible ones, in the early phase.
     pub first_visible: u32,
 }
 
-/// What changes the draws: world, version of its batches, version of the meshes, levels of detail or not.
+/// Version of the draws: world, version of its batches, version of the meshes, levels of detail or not.
 pub(crate) type IndirectDrawsVersion = (u64, u64, u64, bool);
 
 /// All draws of a scene.
@@ -98,7 +98,7 @@ impl IndirectDraws {
         [&self.pages, &self.batches, &self.entries, &self.draws]
     }
 
-    /// Whether they have levels of detail.
+    /// Tells if they have levels of detail.
     pub fn with_levels(&self) -> bool {
         self.version.3
     }

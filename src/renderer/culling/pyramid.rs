@@ -32,7 +32,7 @@ struct Reduction {
 pub(crate) struct Pyramid {
     /// All levels, for reading.
     pub view: wgpu::TextureView,
-    /// What makes each level, and its size.
+    /// Bind group of the pass that makes each level, and the level's size.
     levels: Vec<(wgpu::BindGroup, [u32; 2])>,
     multisampled: bool,
 }

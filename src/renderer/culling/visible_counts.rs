@@ -1,11 +1,11 @@
-//! How much was drawn. Only the GPU knows; its counts are in the arguments of the indirect draws.
+//! Counts of drawn objects. Only the GPU knows them: they are in the arguments of the indirect draws.
 
 use super::cull::ARGUMENT_BYTES;
 use crate::renderer::gpu::device::Gpu;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What the GPU drew, read back.
+/// Counts of what the GPU drew, read back.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct VisibleCounts {
     /// Objects that culling kept, and blended ones in view.
@@ -15,13 +15,13 @@ pub struct VisibleCounts {
 }
 
 impl VisibleCounts {
-    /// As many objects more, with that many indices each.
+    /// Adds so many objects, with that many indices each.
     pub(crate) fn add(&mut self, objects: u32, indices: u32) {
         self.objects += objects;
         self.triangles += u64::from(objects) * u64::from(indices / 3);
     }
 
-    /// What the arguments of some draws say.
+    /// Adds the counts in the arguments of some draws.
     pub(crate) fn add_arguments(&mut self, bytes: &[u8]) {
         for arguments in bytes.chunks_exact(ARGUMENT_BYTES as usize) {
             let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
@@ -43,7 +43,7 @@ pub(crate) struct CountReadback {
 #[derive(Debug)]
 struct UnderWay {
     buffer: wgpu::Buffer,
-    /// What is known already.
+    /// Counts of blended objects, which the CPU knows already.
     blended: VisibleCounts,
     arrived: Arc<AtomicBool>,
 }

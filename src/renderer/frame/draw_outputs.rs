@@ -118,8 +118,8 @@ impl Renderer {
         view.drawn_outputs = OutputSet::NONE;
     }
 
-    /// What the settings ask for beside the picture: all of it, or blended objects alone, where opaque ones were drawn
-    /// with the picture.
+    /// Encodes the outputs that the settings ask for beside the picture. Where opaque objects were drawn with the
+    /// picture, only blended ones are encoded.
     pub(super) fn encode_outputs(
         &self,
         encoder: &mut wgpu::CommandEncoder,

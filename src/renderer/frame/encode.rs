@@ -37,7 +37,7 @@ impl Renderer {
     /// passes that are given now.
     ///
     /// # Panics
-    /// As [`Self::encode`].
+    /// Same conditions as [`Self::encode`].
     pub fn encode_again(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
         self.begin_encoding(encoder, views);
@@ -64,7 +64,7 @@ impl Renderer {
         }
     }
 
-    /// What all views share, before the first of them.
+    /// Encodes table uploads and shadow maps, once before the first view.
     pub(super) fn begin_encoding(&mut self, encoder: &mut wgpu::CommandEncoder, views: &[ViewTarget<'_>]) {
         let of_late = views.iter().filter_map(|view| view.state.counts.latest);
         self.cpu_rasterizer.begin_frame(of_late.map(|drawn| drawn.triangles).sum());
@@ -105,8 +105,8 @@ impl Renderer {
         }
     }
 
-    /// Of a view in two phases, what was seen before, and the depths that it leaves. The lists of a still view stay
-    /// what they are: one pass draws both.
+    /// Encodes the early phase of a view in two phases, and the depth pyramid of its depths. The lists of a still view
+    /// stay what they are: one pass draws both.
     fn draw_early(&self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>, encoded: &mut Encoded) {
         let state = &*view.state;
         let pyramid = state.culled.pyramid().filter(|_| state.cullings_due > 0);

@@ -1,7 +1,6 @@
 //! Views of several worlds in one submission: world after world is prepared and encoded, then all is handed in.
 //!
-//! What is uploaded of each world has buffers of its own, so that nothing that is written for one changes what was
-//! encoded for another.
+//! Each world has device buffers of its own: no write for one changes what was encoded for another.
 
 use super::renderer::Renderer;
 use super::view_batches::ViewBatches;
@@ -12,7 +11,7 @@ use crate::renderer::views::layers::BatchKey;
 use crate::renderer::views::outputs::Outputs;
 use systems::draw::{FrameData, ToneMap};
 
-/// What is done with the frame of a world.
+/// Callback that reads the frame of a world.
 pub type ReadFrame<'a> = dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError> + 'a;
 
 /// Hands over the frame of a world, by its place in a list of worlds.

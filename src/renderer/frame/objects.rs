@@ -11,7 +11,7 @@ use systems::assets::Technique;
 use systems::draw::BatchKey;
 use wgpu::util::DrawIndexedIndirectArgs;
 
-/// What was encoded for a frame's objects.
+/// Draws and draw calls encoded for a frame's objects.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Encoded {
     pub draws: u32,
@@ -44,7 +44,7 @@ impl Renderer {
         pass
     }
 
-    /// Whether the passes of [`Technique::EmbossMultipass`] follow those over all objects.
+    /// Tells if the passes of [`Technique::EmbossMultipass`] follow those over all objects.
     fn has_emboss_passes(&self, view: &ViewState) -> bool {
         self.draws_of(view).list.iter().any(|draw| is_embossed(view, draw.key))
     }

@@ -28,9 +28,9 @@ pub struct Renderer {
     pub(super) gpu: Gpu,
     pub(super) pipelines: Pipelines,
     pub(super) assets: Assets,
-    /// Of the world at hand.
+    /// Device data of the current world.
     pub(super) own: WorldUploads,
-    /// What rests of others, if they are kept.
+    /// Device data of other worlds, if it is kept.
     resting: Option<RestingWorlds>,
     pub(super) culling: Culling,
     pub(super) pyramids: PyramidMaker,
@@ -38,10 +38,10 @@ pub struct Renderer {
     pub(super) no_scene_color: SceneColorCopy,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
-    /// How often views were prepared: those of the last time may be encoded.
+    /// Number of the last preparation: only views prepared in it may be encoded.
     prepared: u64,
     pub(super) stats: RenderStats,
-    /// Where they are asked for and the device has them.
+    /// Enabled by [`Self::time_passes`], on devices that have timestamp queries.
     pub(super) timestamps: Option<Timestamps>,
     pub(super) cpu_rasterizer: CpuRasterizer,
 }
@@ -87,7 +87,7 @@ impl Renderer {
         &self.gpu
     }
 
-    /// What meshes, textures and shadow maps of the scene take on the device.
+    /// Device memory of the scene's meshes, textures and shadow maps.
     pub fn held_bytes(&self) -> HeldBytes {
         HeldBytes {
             meshes: self.assets.meshes.bytes(),
@@ -96,7 +96,7 @@ impl Renderer {
         }
     }
 
-    /// What the last prepare and encode did, of all views together.
+    /// Statistics of the last prepare and encode, all views together.
     pub fn stats(&self) -> RenderStats {
         self.stats
     }
@@ -107,8 +107,8 @@ impl Renderer {
         self.timestamps = Timestamps::new(&self.gpu);
     }
 
-    /// How long the GPU took over each pass of the oldest frame not asked for yet, in order; `None` while it has not
-    /// arrived, and if passes are not timed ([`Self::time_passes`]).
+    /// GPU time of each pass of the oldest frame not asked for yet, in order. `None` while it has not arrived, and if
+    /// passes are not timed ([`Self::time_passes`]).
     pub fn pass_times(&mut self) -> Option<Vec<PassTime>> {
         self.timestamps.as_mut()?.take()
     }
@@ -222,7 +222,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What is on the device may belong to another world; how it is drawn does not.
+    /// Switches to the device data of a frame's world; pipelines and settings of drawing stay.
     fn enter(&mut self, frame: &FrameData<'_>) {
         let world = frame.list.world;
         if world == self.world {
@@ -278,7 +278,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What is culled on the CPU: what views show alone, or all, if that is little and no walls hide it.
+    /// Objects to cull on the CPU: those that views show alone. Else all, if they are few and the world has no cells.
     fn few_objects(&self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Option<FewObjects> {
         let shown_alone: Vec<&SlotSet> = views.iter().filter_map(|(state, _)| state.only.as_deref()).collect();
         if !shown_alone.is_empty() {
@@ -329,7 +329,7 @@ impl Renderer {
         shadowed.map_or_else(Vec::new, |(view, scene)| self.own.shadow_maps.records(&view, &scene, frame.list))
     }
 
-    /// Whether a view is one of those that were prepared last.
+    /// Tells if a view was part of the last preparation.
     pub(super) fn is_prepared(&self, view: &ViewState) -> bool {
         view.is_of(self.own.epoch, self.prepared)
     }
@@ -351,7 +351,7 @@ impl Renderer {
         }
     }
 
-    /// What the opaque objects that a view draws are drawn with.
+    /// Batch keys of the opaque objects that a view draws.
     pub(super) fn opaque_keys(&self, view: &ViewState) -> impl Iterator<Item = BatchKey> + Clone {
         self.draws_of(view).list.iter().map(|draw| draw.key)
     }

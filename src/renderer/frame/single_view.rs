@@ -66,7 +66,7 @@ impl SingleView {
     /// [`Renderer::encode`] into `target`, handed in.
     ///
     /// # Panics
-    /// As that.
+    /// Same conditions as [`Renderer::encode`].
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let commands = self.encode(target, format);
         self.gpu().queue.submit([commands]);
@@ -75,7 +75,7 @@ impl SingleView {
     /// [`Self::draw`] without handing the commands in, to measure the two apart.
     ///
     /// # Panics
-    /// As [`Renderer::encode`].
+    /// Same conditions as [`Renderer::encode`].
     pub fn encode(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu().device.create_command_encoder(&label);
@@ -86,7 +86,7 @@ impl SingleView {
     /// [`Renderer::encode_again`], handed in.
     ///
     /// # Panics
-    /// As that.
+    /// Same conditions as [`Renderer::encode_again`].
     pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu().device.create_command_encoder(&label);

@@ -34,7 +34,7 @@ use systems::draw::FrameData;
 /// Calls of [`Renderer::draw_views`] for which a batch without a view is kept: sensors may be due seldom.
 const KEPT_FOR: u32 = 120;
 
-/// What [`Renderer::draw_views`] keeps from frame to frame: the states of views, in batches of one size and one set of
+/// State of [`Renderer::draw_views`] kept between frames. It holds view states in batches of one size and one set of
 /// outputs, and the textures that they share.
 #[derive(Debug, Default)]
 pub struct ViewBatches {

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use systems::assets::Contents;
 use systems::draw::{BatchKey, DrawList, FrameData, MaterialClass, TextureArray};
 
-/// What is uploaded of a world, but for its meshes and textures.
+/// Device data of a world, except its meshes and textures.
 #[derive(Debug)]
 pub(crate) struct WorldUploads {
     /// Tells what is uploaded from what was, or what another renderer has: views that knew that begin anew.
@@ -28,9 +28,9 @@ pub(crate) struct WorldUploads {
     pub uploads: Uploads,
     /// Versions of meshes and textures when a frame was prepared last.
     pub asset_versions: (u64, u64),
-    /// What blended objects are drawn with, also those out of view, and the version that this is for.
+    /// Version of the list of blended objects, in view or not, and their batch keys.
     pub blended_keys: (Option<u64>, Vec<BatchKey>),
-    /// Which of the resting assets are its own.
+    /// Number of its own assets among the resting ones.
     assets: u64,
 }
 
@@ -56,7 +56,7 @@ impl WorldUploads {
 pub(crate) struct Assets {
     pub meshes: Meshes,
     pub textures: Textures,
-    /// What they are of: a library's contents, and how a world's materials are laid out in arrays and classes.
+    /// Origin: a library's contents, and the layout of a world's materials in texture arrays and classes.
     of: Option<(Contents, Vec<TextureArray>, Vec<MaterialClass>)>,
     /// The world that uploaded last. What another one of the same contents knew of their versions no longer holds after
     /// this one has changed its library.
@@ -68,7 +68,7 @@ impl Assets {
         Self { meshes: Meshes::new(&gpu.device), textures, of: None, noted_by: 0 }
     }
 
-    /// Whether they are those of a frame.
+    /// Tells if they match a frame's library and layout.
     fn are_of(&self, frame: &FrameData<'_>) -> bool {
         let DrawList { texture_arrays, classes, .. } = frame.list;
         self.of.as_ref().is_some_and(|(contents, arrays, known)| {
@@ -93,7 +93,7 @@ impl Assets {
     }
 }
 
-/// What rests of worlds that are not drawn now.
+/// Device data of worlds that are not drawn now.
 #[derive(Debug, Default)]
 pub(crate) struct RestingWorlds {
     worlds: HashMap<u64, WorldUploads>,

@@ -1,12 +1,12 @@
-//! What the renderer does for drivers that rasterize on the CPU, and for no others.
+//! Optimisation for drivers that rasterize on the CPU, and for no others.
 
 use std::sync::Once;
 
-/// What such a driver holds of more triangles than these is worth keeping from frame to frame.
+/// Triangles of a frame above which such a driver's memory is worth keeping between frames.
 const MANY_TRIANGLES: u64 = 10_000;
 
-/// What glibc's thresholds follow at most (`DEFAULT_MMAP_THRESHOLD_MAX`: 32 MiB on 64 bits), less room for its own
-/// header and for rounding to pages.
+/// Largest block that glibc's thresholds follow, less room for its own header and for rounding to pages.
+/// `DEFAULT_MMAP_THRESHOLD_MAX` is 32 MiB on 64 bits.
 const LARGEST: usize = (32 << 20) - (64 << 10);
 
 /// The adapter, as far as it rasterizes on the CPU.

@@ -7,15 +7,15 @@ use std::fmt::Write;
 /// An open device.
 #[derive(Clone, Debug)]
 pub struct Gpu {
-    /// Where adapters and surfaces come from.
+    /// Source of adapters and surfaces.
     pub instance: wgpu::Instance,
     /// The adapter in use.
     pub adapter: wgpu::Adapter,
     /// The open device.
     pub device: wgpu::Device,
-    /// Where work is handed in.
+    /// Queue that work is submitted to.
     pub queue: wgpu::Queue,
-    /// What has gone wrong on it: see [`Self::check`].
+    /// Errors recorded for it: see [`Self::check`].
     pub faults: Faults,
 }
 
@@ -38,7 +38,7 @@ impl Gpu {
         Self::headless_with(Self::USED)
     }
 
-    /// As [`Self::headless`], with those of [`Self::USED`] alone that are `wanted`.
+    /// Opens a device like [`Self::headless`], of the features in [`Self::USED`] only with those that are `wanted`.
     ///
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
@@ -98,8 +98,9 @@ impl Gpu {
         Ok(Self::of_device(instance, adapter, device, queue))
     }
 
-    /// What relief asks of an adapter for a device: the [features that are used](Self::USED) where it has them, and the
-    /// limits that scenes grow past. A program that opens its own device adds what it needs itself.
+    /// Descriptor of the device that relief asks an adapter for. It has the [features that are used](Self::USED), as
+    /// far as the adapter offers them, and the limits that scenes grow past. A program that opens its own device adds
+    /// what it needs itself.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let offered = adapter.limits();
         wgpu::DeviceDescriptor {
@@ -127,7 +128,7 @@ impl Gpu {
         Self { instance, adapter, device, queue, faults }
     }
 
-    /// Whether all went well since the last call: what a read-back gives while it did not is nothing to go by.
+    /// Checks for errors since the last call. After an error, the data of read-backs is invalid.
     ///
     /// # Errors
     /// [`RenderError::Lost`], from then on; [`RenderError::Refused`] where the device had no memory for something or
@@ -153,8 +154,8 @@ impl Gpu {
         format!("{} ({:?}, {:?})", info.name, info.device_type, info.backend)
     }
 
-    /// How far the rasteriser may move a vertex at the most, in pixels: it rounds them to parts of a pixel. What lies
-    /// between the places where pixels are sampled by more than that need not be drawn.
+    /// Largest distance that the rasteriser may move a vertex, in pixels: it rounds them to parts of a pixel. Geometry
+    /// farther than that from all sample positions need not be drawn.
     ///
     /// Vulkan promises sixteenths (`subPixelPrecisionBits`), Direct3D 12 has 256ths
     /// (`D3D12_SUBPIXEL_FRACTIONAL_BIT_COUNT`). What a Vulkan driver has wgpu does not tell; those of the makers below
@@ -168,7 +169,7 @@ impl Gpu {
         }
     }
 
-    /// What `relief info` prints: adapter, driver, features used, limits.
+    /// Text of `relief info`: adapter, driver, features used, limits.
     pub fn describe(&self) -> String {
         let blocks = self.device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
         let features = if blocks { "textures in blocks (BC)" } else { "none beyond WebGPU's core" };

@@ -1,4 +1,4 @@
-//! What stops a renderer: no device, a scene or a picture that the device cannot hold, or a device that is lost.
+//! Errors of a renderer: no device, a lost device, a scene or picture that the device cannot hold.
 
 /// No adapter, or none that gives a device. The binary exits with 3 on it.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -17,7 +17,7 @@ pub enum GpuError {
     NoDevice {
         /// Its name.
         adapter: String,
-        /// What the driver says.
+        /// Message of the driver.
         reason: String,
     },
     /// The window system refuses a surface.
@@ -25,7 +25,7 @@ pub enum GpuError {
     NoSurface(String),
 }
 
-/// Why nothing is drawn.
+/// Errors that stop rendering.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum RenderError {
     /// There is no device to draw with, when one was to be opened.
@@ -34,15 +34,15 @@ pub enum RenderError {
     /// The device is gone: its driver was reset or replaced, it was unplugged, or it hung.
     #[error("the graphics device was lost: {reason}")]
     Lost {
-        /// What the driver says.
+        /// Message of the driver.
         reason: String,
     },
     /// A buffer or picture would be larger than the device allows.
     #[error("too large for this graphics adapter: {what}: {needed} {unit}, at most {limit}")]
     TooLarge {
-        /// Which buffer, or the picture.
+        /// Name of the buffer, or the picture.
         what: &'static str,
-        /// What is counted.
+        /// Unit of the numbers.
         unit: &'static str,
         /// Needed.
         needed: u64,
@@ -56,13 +56,13 @@ pub enum RenderError {
         size: [u32; 2],
         /// Per pixel.
         samples: u32,
-        /// What the device says.
+        /// Message of the device.
         reason: String,
     },
     /// The device has no memory for the scene's meshes, textures or tables, or finds fault with them.
     #[error("the graphics adapter rejected the scene: {reason}")]
     Refused {
-        /// What the device says.
+        /// Message of the device.
         reason: String,
     },
     /// A camera as a sensor that has no picture.
@@ -100,8 +100,8 @@ pub enum RenderError {
 }
 
 impl RenderError {
-    /// Whether it is the device that fails, and not the scene or a picture that are beyond what it allows: with another
-    /// device, or more memory, the same would be drawn.
+    /// Tells if the device is at fault, and not a scene or a picture beyond its limits. With another device, or more
+    /// memory, the same would be drawn.
     pub fn is_of_device(&self) -> bool {
         matches!(self, Self::Lost { .. } | Self::NoMemory { .. } | Self::Refused { .. })
     }

@@ -1,4 +1,4 @@
-//! What goes wrong on a device while nothing waits for it: wgpu tells it to callbacks, from any thread.
+//! Errors of a device that arrive while nothing waits for them: wgpu reports them to callbacks, from any thread.
 
 use super::error::RenderError;
 use std::panic;
@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, Once, PoisonError};
 /// [`Gpu::check`](super::device::Gpu::check).
 pub const LOSE_VARIABLE: &str = "RELIEF_LOSE_DEVICE";
 
-/// What is known to have gone wrong on a device.
+/// Errors recorded for a device.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
     known: Arc<Mutex<Option<RenderError>>>,
@@ -18,7 +18,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Of a device that was just opened. Without, wgpu panics on whatever no error scope catches.
+    /// Watches a device that was just opened. Otherwise wgpu panics on whatever no error scope catches.
     pub(super) fn watch(device: &wgpu::Device) -> Self {
         let faults = Self { left: Arc::new(AtomicU32::new(losing_after())), ..Self::default() };
         let noting = faults.clone();
@@ -42,7 +42,7 @@ impl Faults {
         }
     }
 
-    /// What is known, once; that a device is lost, always.
+    /// Returns the recorded error, once; a lost device, always.
     pub(super) fn take(&self) -> Result<(), RenderError> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         match &*known {
@@ -52,7 +52,7 @@ impl Faults {
         }
     }
 
-    /// Whether the device is to be lost now, on purpose.
+    /// Counts a check, and tells if the device is to be lost now, on purpose.
     pub(super) fn is_due(&self) -> bool {
         self.left.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1)) == Ok(1)
     }

@@ -29,12 +29,12 @@ pub(crate) struct Readback {
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub texture: wgpu::Texture,
-    /// Of a layer, pixels.
+    /// Size of a layer, pixels.
     pub size: (u32, u32),
     pub layers: u32,
 }
 
-/// Where the texels of a source lie in a mapped buffer.
+/// Texels of a source in a mapped buffer, whose rows are padded.
 #[derive(Clone, Copy)]
 pub(crate) struct Packed<'a> {
     bytes: &'a [u8],
@@ -225,7 +225,7 @@ fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
     mapped(gpu, buffer, <[u8]>::to_vec)
 }
 
-/// What is made of the bytes of a buffer; of zeros where it cannot be mapped. Waits for the GPU.
+/// Maps a buffer and converts its bytes, or zeros where it cannot be mapped. Waits for the GPU.
 fn mapped<T>(gpu: &Gpu, buffer: &wgpu::Buffer, make: impl FnOnce(&[u8]) -> T) -> T {
     let slice = buffer.slice(..);
     slice.map_async(wgpu::MapMode::Read, |_| {});

@@ -40,7 +40,7 @@ pub const SHADOW_PASS: &str = shader!("types.wgsl", "shadow_pass.wgsl");
 /// The sky behind everything.
 pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
 
-/// What a view draws.
+/// Culling of a view's objects.
 pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
 
 /// The debug view of cells.

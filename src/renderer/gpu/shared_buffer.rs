@@ -124,7 +124,7 @@ impl SharedBuffer {
     }
 }
 
-/// Which elements are in use.
+/// Allocator of ranges of elements.
 #[derive(Clone, Debug, Default)]
 struct Places {
     /// Gaps before the end, the start of each and its end; no two touch each other, and none touches the end.
@@ -173,7 +173,7 @@ impl Places {
         }
     }
 
-    /// Where the end would be after these were taken.
+    /// Computes the end after allocations of these counts.
     fn end_with(&self, counts: impl Iterator<Item = u64>) -> u64 {
         let mut places = self.clone();
         counts.for_each(|count| _ = places.take(count));

@@ -1,4 +1,4 @@
-//! How long the GPU takes over each pass, by timestamp queries, without ever waiting for it.
+//! GPU time of each pass, by timestamp queries, without ever waiting for the GPU.
 //!
 //! A pass asks for its [`Timestamps::render_pass`] or [`Timestamps::compute_pass`] when it begins; at the end of the
 //! frame, [`Timestamps::finish`] copies the times into one of a few buffers, which is mapped once the commands are
@@ -26,7 +26,7 @@ pub struct PassTime {
     pub ms: f64,
 }
 
-/// Where the times of a frame are on their way.
+/// Read-back of a frame's times that is under way.
 #[derive(Debug)]
 struct Arrival {
     buffer: wgpu::Buffer,

@@ -35,7 +35,7 @@ struct CellPipelines {
     outlines: [wgpu::RenderPipeline; 2],
 }
 
-/// What the pass of one view reads.
+/// Resources of the cell pass of one view.
 #[derive(Debug)]
 pub(crate) struct CellView {
     pipelines: CellPipelines,
@@ -145,7 +145,7 @@ fn edges(cells: &Cells, open: &[f32]) -> Vec<Edge> {
     edges
 }
 
-/// Of the depths in shaders/cells.wgsl.
+/// Binding of the depths in shaders/cells.wgsl.
 fn depth_binding(samples: u32) -> u32 {
     u32::from(samples > 1)
 }

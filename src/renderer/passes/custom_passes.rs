@@ -2,7 +2,7 @@
 
 use crate::renderer::gpu::formats::{DEPTH_FORMAT, HDR_FORMAT};
 
-/// Where a pass of the caller's own is encoded.
+/// Point in the frame at which a pass of the caller's own is encoded.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum PassPlace {
     /// After opaque objects, before the sky and blended objects: what writes depth hides these.
@@ -13,7 +13,7 @@ pub enum PassPlace {
     AfterToneMap,
 }
 
-/// What a pass of the caller's own may draw into or read. It loads and stores all of these.
+/// Targets that a pass of the caller's own may draw into or read. It loads and stores all of these.
 #[derive(Clone, Copy, Debug)]
 pub struct PassTargets<'a> {
     /// Pixels.
@@ -21,23 +21,23 @@ pub struct PassTargets<'a> {
     /// The colours so far. Before the tone map: exposed linear HDR of [`Self::samples`] samples. After it: the view's
     /// target.
     pub color: &'a wgpu::TextureView,
-    /// Of `color`.
+    /// Format of `color`.
     pub color_format: wgpu::TextureFormat,
     /// Samples in each pixel of `color`.
     pub color_samples: u32,
     /// Reversed depth: 1 at the near plane, 0 infinitely far. [`Self::DEPTH_FORMAT`]; can also be bound as a texture.
-    /// Of opaque objects; after the tone map also of blended ones, where outputs are drawn with the picture
-    /// ([`ViewState::draws_together`](crate::renderer::ViewState::draws_together)). What passes write there is in that
-    /// output.
+    /// It holds opaque objects. After the tone map it also holds blended ones, where outputs are drawn with the picture
+    /// ([`ViewState::draws_together`](crate::renderer::ViewState::draws_together)). Depths that passes write there are
+    /// part of that output.
     pub depth: &'a wgpu::TextureView,
     /// Samples in each pixel of `depth`: after the tone map there may be more of them than in `color`.
     pub samples: u32,
 }
 
 impl PassTargets<'_> {
-    /// Of the depths.
+    /// Format of the depths.
     pub const DEPTH_FORMAT: wgpu::TextureFormat = DEPTH_FORMAT;
-    /// Of the colours before the tone map.
+    /// Format of the colours before the tone map.
     pub const LINEAR_FORMAT: wgpu::TextureFormat = HDR_FORMAT;
 }
 

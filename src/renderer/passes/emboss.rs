@@ -13,7 +13,7 @@ pub(crate) enum EmbossPass {
     Shifted { light: u32 },
     /// Half the smooth surface's diffuse light less one half, added.
     Diffuse { light: u32 },
-    /// What is negative in alpha becomes 0.
+    /// Negative values in alpha become 0.
     Clamped,
     /// Base colour and light, twice, times alpha, added to the colour.
     Colored { light: u32 },
@@ -48,7 +48,7 @@ impl EmbossPass {
         }
     }
 
-    /// What becomes of its output.
+    /// Blend state and write mask of its output.
     pub fn target(self) -> wgpu::ColorTargetState {
         let blended = |src_factor, operation| {
             let both = BlendComponent { src_factor, dst_factor: BlendFactor::One, operation };

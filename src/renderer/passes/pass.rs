@@ -7,7 +7,7 @@ use crate::renderer::plan::settings::DebugView;
 use systems::assets::{AlphaMode, Shading, Technique};
 use systems::draw::{LightFeatures, PipelineKey};
 
-/// What the forward pass writes.
+/// Pass of the forward shader, by its outputs.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Pass {
     /// Colour.
@@ -17,7 +17,7 @@ pub(crate) enum Pass {
         samples: u32,
         specular_aa: bool,
         shadows: Shadows,
-        /// What is written beside the colour.
+        /// Outputs written beside the colour.
         beside: Attached,
     },
     /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
@@ -26,7 +26,7 @@ pub(crate) enum Pass {
     Outputs(Attached),
 }
 
-/// What says how much of a light a pixel sees.
+/// Source of a light's visibility at a pixel.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(crate) enum Shadows {
     /// All of it.
@@ -80,7 +80,6 @@ impl Pass {
         }
     }
 
-    /// What its lights are shadowed by.
     pub fn shadows(self) -> Shadows {
         match self {
             Self::Color { shadows, .. } | Self::Emboss { shadows, .. } => shadows,
@@ -122,13 +121,13 @@ impl Pass {
         }
     }
 
-    /// Whether objects write outputs beside their colour. Blended ones do so afterwards: they hide by other rules than
+    /// Tells if objects write outputs beside their colour. Blended ones do so afterwards: they hide by other rules than
     /// they blend by.
     fn writes_outputs(self, key: PipelineKey) -> bool {
         matches!(self, Self::Color { beside, .. } if beside.any()) && key.alpha != AlphaMode::Blend
     }
 
-    /// What it writes into.
+    /// Colour target states of its attachments.
     pub fn targets(self, key: PipelineKey) -> Vec<Option<wgpu::ColorTargetState>> {
         let (all, none) = (wgpu::ColorWrites::ALL, wgpu::ColorWrites::empty());
         match self {
@@ -152,7 +151,7 @@ impl Pass {
     }
 }
 
-/// What the sky's pipeline depends on: that of a pass of objects.
+/// Key of the sky's pipeline, from the pass of objects that the sky is drawn in.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) struct SkyKey {
     pub samples: u32,

@@ -36,7 +36,7 @@ impl Forward {
     }
 }
 
-/// What a tone map reads, by its binding in shaders/tonemap.wgsl.
+/// Source texture of a tone map, by its binding in shaders/tonemap.wgsl.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum ToneMapSource {
     /// One sample per pixel.
@@ -50,7 +50,7 @@ pub(crate) enum ToneMapSource {
 impl ToneMapSource {
     const ALL: [Self; 3] = [Self::Single, Self::Multisampled, Self::Layers];
 
-    /// Of a view with so many samples per pixel.
+    /// Source of a view with so many samples per pixel.
     pub fn of(samples: u32) -> Self {
         if samples > 1 { Self::Multisampled } else { Self::Single }
     }
@@ -293,7 +293,7 @@ impl Pipelines {
     }
 }
 
-/// What the forward shader's overrides are in a pass over objects of a kind.
+/// Override constants of the forward shader in a pass, for objects of one pipeline.
 pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 19] {
     let (debug, specular_aa) = match pass {
         Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),

@@ -1,7 +1,7 @@
-//! What a frame is drawn into before it reaches the caller's target, or beside it: depth and linear HDR colours, both
-//! of all samples. The tone map reads the samples of each pixel, so nothing resolves them before it: a mean of linear
-//! colours has an edge as bright as a lamp where the lamp covers a fraction of a pixel. That mean is taken only for
-//! what is to be linear: what blended objects refract, and [`crate::renderer::ViewState::read_linear`].
+//! Render targets of a frame before the caller's target, or beside it. Depth and linear HDR colours have all samples.
+//! The tone map reads the samples of each pixel, so nothing resolves them before it: a mean of linear colours has an
+//! edge as bright as a lamp where the lamp covers a fraction of a pixel. That mean is taken only for what is to be
+//! linear: what blended objects refract, and [`crate::renderer::ViewState::read_linear`].
 
 use super::attachments::Attachments;
 use super::pipelines::ToneMapSource;
@@ -17,7 +17,7 @@ pub(crate) struct Targets {
     pub hdr: Hdr,
     pub depth: wgpu::TextureView,
     pub depth_texture: wgpu::Texture,
-    /// Of the textures, that these are.
+    /// Layer of the textures that these targets are.
     pub layer: u32,
 }
 
@@ -25,7 +25,7 @@ pub(crate) struct Targets {
 #[derive(Clone, Debug)]
 pub(crate) struct Hdr {
     pub texture: wgpu::Texture,
-    /// Of all of it, or of a layer.
+    /// View of the whole texture, or of a layer.
     pub view: wgpu::TextureView,
     /// For the tone-map pass.
     pub source: wgpu::BindGroup,
@@ -45,13 +45,13 @@ impl Targets {
         Self { width: size.0, height: size.1, samples, hdr, depth, depth_texture, layer: 0 }
     }
 
-    /// What is to be copied of the colours of one sample per pixel.
+    /// Copy source of the colours, of one sample per pixel.
     pub fn hdr_layer(&self) -> wgpu::TexelCopyTextureInfo<'_> {
         let origin = wgpu::Origin3d { z: self.layer, ..wgpu::Origin3d::ZERO };
         wgpu::TexelCopyTextureInfo { origin, ..self.hdr.texture.as_image_copy() }
     }
 
-    /// Where the scene is drawn; what blended objects refract, if any does.
+    /// Attachments of the scene's passes, with the copy that blended objects refract, if any does.
     pub fn attachments<'a>(
         &'a self,
         scene_color: Option<&'a SceneColorCopy>,
@@ -120,9 +120,8 @@ fn tone_map_source(
 #[derive(Debug)]
 pub(crate) struct SceneColorCopy {
     pub texture: wgpu::Texture,
-    /// Of all of it.
     view: wgpu::TextureView,
-    /// As objects read it.
+    /// Bind group of the objects that refract it.
     pub group: wgpu::BindGroup,
 }
 

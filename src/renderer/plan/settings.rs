@@ -6,7 +6,7 @@ use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::draw::{Environment, ToneMap};
 
-/// What to look at instead of the lit picture.
+/// Debug picture in place of the lit one.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum DebugView {
     /// The lit picture.
@@ -18,14 +18,14 @@ pub enum DebugView {
     Normal,
     /// Vertex tangent, world space, 0..1.
     Tangent,
-    /// How many lights reach each object, as a heat map.
+    /// Number of lights that reach each object, as a heat map.
     LightCount,
-    /// What each of the object's first three lights gives, as red, green and blue; the picked object brighter.
+    /// Contributions of the object's first three lights, as red, green and blue; the picked object brighter.
     ThreeLights,
     /// The most that an object may miss by what its lights leave out, as a heat map: a sum of scores
     /// ([`dropped`](systems::lights::Selection::dropped)), times the exposure.
     ErrorBound,
-    /// How much of each of the object's first three lights is seen, as red, green and blue.
+    /// Visibility of the object's first three lights, as red, green and blue.
     Visibility,
     /// Surfaces in the colours of the cells that they lie in, and portals as outlines.
     Cells,
@@ -45,7 +45,7 @@ impl DebugView {
         ("cells", Self::Cells),
     ];
 
-    /// What it shows, in a few words; empty where its name says so.
+    /// Description in a few words; empty where the name says enough.
     pub fn shows(self) -> &'static str {
         match self {
             Self::Off | Self::Base | Self::Normal | Self::Tangent => "",
@@ -62,8 +62,8 @@ impl DebugView {
     /// The outline of one that is shut.
     pub const SHUT_PORTAL: Vec3 = Vec3::new(0.9, 0.05, 0.03);
 
-    /// What the colours of surfaces in a cell are multiplied by, linear RGB. Hues go around by the golden ratio: those
-    /// of neighbouring numbers lie far apart.
+    /// Factor on the colours of surfaces in a cell, linear RGB. Hues go around by the golden ratio: those of
+    /// neighbouring numbers lie far apart.
     pub fn cell_color(number: u32) -> Vec3 {
         let hue = (number as f32 * 0.618_034).fract();
         let part = |offset: f32| (((hue + offset).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
@@ -75,7 +75,7 @@ impl DebugView {
         if self == Self::Off { environment.tone_map } else { ToneMap::Clamp }
     }
 
-    /// What the colours of a heat map mean; `None` for other views. `shaders/debug.wgsl` paints by the same scale.
+    /// Legend of a heat map's colours; `None` for other views. `shaders/debug.wgsl` paints by the same scale.
     pub fn heat_scale(self) -> Option<HeatScale> {
         match self {
             Self::LightCount => {
@@ -111,11 +111,12 @@ impl HeatScale {
     }
 }
 
-/// Whether objects that others hide are left out. The picture is the same, except where two faces lie in one plane: the
-/// one that is drawn first is in front, and objects that were seen before are drawn first.
+/// Occlusion culling: objects that others hide are left out. The picture is the same, except where two faces lie in one
+/// plane: the one that is drawn first is in front, and objects that were seen before are drawn first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Occlusion {
-    /// Where there are many objects. Frames that are written to files: never, so that each depends on its scene alone.
+    /// Enabled for many objects. Frames that are written to files never use it, so that each depends on its scene
+    /// alone.
     #[default]
     Auto,
     /// Always.
@@ -128,7 +129,7 @@ impl Occlusion {
     /// All choices with their names.
     pub const ALL: [(&'static str, Self); 3] = [("auto", Self::Auto), ("on", Self::On), ("off", Self::Off)];
 
-    /// Whether so many objects are drawn in two phases.
+    /// Tells if a view of so many objects is drawn in two phases.
     pub fn is_on(self, objects: u32) -> bool {
         match self {
             Self::Auto => objects >= FEW_OBJECTS,
@@ -148,7 +149,7 @@ pub struct Settings {
     pub technique: Option<Technique>,
     /// A debug view instead of the shaded picture.
     pub debug: DebugView,
-    /// How coarse distant meshes may be.
+    /// Levels of detail of distant meshes.
     pub levels: LevelOfDetail,
     /// Samples per pixel: 4, or 1 for comparing single samples.
     pub samples: u32,
@@ -157,7 +158,7 @@ pub struct Settings {
     pub specular_aa: bool,
     /// The entity (its index) that debug views point out.
     pub picked_entity: Option<u32>,
-    /// Whether objects that others hide are left out.
+    /// Occlusion culling.
     pub occlusion: Occlusion,
     /// Worlds of at most 512 objects and no cells are culled on the CPU: for small pictures, whose culling would take
     /// the GPU longer than their drawing. What is drawn is the same.
@@ -166,7 +167,7 @@ pub struct Settings {
     /// The four brightest directional lights have theirs besides. 0: no shadows at all; at most
     /// [`Self::MOST_SHADOW_MAPS`].
     pub shadow_maps: u32,
-    /// What is drawn of the view. Without the picture, its target stays as it is, or has undefined colours. Others are
+    /// Outputs that are drawn. Without the picture, its target stays as it is, or has undefined colours. Others are
     /// drawn with the picture where pixels have one sample each and no object is drawn with
     /// [`Technique::EmbossMultipass`], else in a pass after it.
     pub outputs: OutputSet,

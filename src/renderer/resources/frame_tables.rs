@@ -133,7 +133,7 @@ impl FrameTables {
         self.texture.version
     }
 
-    /// What every pass over a view binds as group 0: the view's record, and the tables.
+    /// Makes bind group 0 of every pass over a view: the view's record, and the tables.
     pub fn bind(&self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout, view: &wgpu::Buffer) -> wgpu::BindGroup {
         let resources = [
             view.as_entire_binding(),

@@ -36,7 +36,7 @@ pub(crate) const SLOT_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBu
     attributes: &wgpu::vertex_attr_array![5 => Uint32],
 };
 
-/// Where a mesh lies in the shared buffers.
+/// Place of a mesh in the shared buffers.
 #[derive(Clone, Debug)]
 pub(crate) struct MeshRange {
     id: MeshId,
@@ -44,19 +44,19 @@ pub(crate) struct MeshRange {
     indices: Range<u64>,
     /// Object space.
     pub bounds: Sphere,
-    /// Of the box around it, whose centre is the sphere's, object space.
+    /// Half extents of its bounding box, whose centre is the sphere's, object space.
     pub half_extents: Vec3,
     /// Levels of detail, the mesh itself first; their indices counted from [`Self::first_index`].
     pub levels: Vec<Level>,
 }
 
 impl MeshRange {
-    /// What is added to its indices.
+    /// Offset that is added to its indices.
     pub fn base_vertex(&self) -> i32 {
         self.vertices.start as i32
     }
 
-    /// Where the indices of its levels begin.
+    /// Start of its levels in the index buffer.
     pub fn first_index(&self) -> u32 {
         self.indices.start as u32
     }

@@ -18,7 +18,7 @@ pub(crate) const ROW: u32 = 32768;
 /// Texels that a workgroup writes.
 pub(crate) const TEXELS_TOGETHER: u32 = 64;
 
-/// What all tables share: pipelines by the texels of a record.
+/// Scatter pipelines that all tables share, by the texels of a record.
 #[derive(Debug)]
 pub(crate) struct Scatter {
     layout: wgpu::BindGroupLayout,
@@ -35,7 +35,7 @@ pub(crate) struct ScatterBuffers {
     pending: Option<Pending>,
 }
 
-/// What is yet to be encoded.
+/// Dispatch that is yet to be encoded.
 #[derive(Debug)]
 struct Pending {
     group: wgpu::BindGroup,
@@ -135,7 +135,7 @@ impl ScatterBuffers {
         Ok(bytes)
     }
 
-    /// Whether something is yet to be encoded.
+    /// Tells if a dispatch is yet to be encoded.
     pub fn is_pending(&self) -> bool {
         self.pending.is_some()
     }

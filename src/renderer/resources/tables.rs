@@ -38,7 +38,6 @@ pub(crate) struct TableTexture {
     texture: wgpu::Texture,
     /// For bind groups.
     pub view: wgpu::TextureView,
-    /// Of each table.
     rows: [u32; TABLE_COUNT],
     /// The first texel of each table, for bind groups: `TableStarts` of shaders/types.wgsl.
     pub starts: wgpu::Buffer,
@@ -46,7 +45,7 @@ pub(crate) struct TableTexture {
     pub version: u32,
 }
 
-/// What one table of records takes to bring its part of the texture up to date.
+/// Uploader of one table of records into its part of the texture.
 #[derive(Debug)]
 pub(crate) struct RecordTable<T> {
     kind: TableKind,
@@ -166,7 +165,7 @@ impl TableTexture {
     }
 }
 
-/// Where each table begins, if they have that many rows.
+/// First row of each table, for tables of that many rows.
 fn first_rows(rows: [u32; TABLE_COUNT]) -> [u32; TABLE_COUNT] {
     let mut first = 0;
     rows.map(|rows| {

@@ -16,10 +16,10 @@ use wgpu::TextureUsages;
 struct ArrayTexture {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// Of the array that it was made for.
+    /// Encoding of the array that it was made for.
     srgb: bool,
     texels: Texels,
-    /// What is in each layer: an image as it was in a revision of the library.
+    /// Image in each layer, and its revision in the library.
     layers: Vec<Option<(ImageId, u64)>>,
 }
 
@@ -41,7 +41,7 @@ struct ClassGroups {
     others: wgpu::BindGroup,
 }
 
-/// What materials bind.
+/// Textures and bind groups of materials.
 #[derive(Debug)]
 pub(crate) struct Textures {
     pub layout: wgpu::BindGroupLayout,
@@ -53,7 +53,7 @@ pub(crate) struct Textures {
     /// The version of the list's textures and the revision of the library's images that were looked at last.
     seen: Option<(u64, u64)>,
     version: u64,
-    /// Whether it has been said that heights are drawn in steps: once is enough, however many arrays have them.
+    /// Warning given that heights are drawn in steps: once is enough, however many arrays have them.
     said_steps: bool,
 }
 
@@ -91,7 +91,7 @@ impl Textures {
         }
     }
 
-    /// What a class binds for a technique.
+    /// Bind group of a material class for a technique.
     pub fn class(&self, class: ClassId, technique: Technique) -> Option<&wgpu::BindGroup> {
         let (_, groups) = self.classes.get(class.0 as usize)?;
         let groups = groups.as_ref()?;
@@ -240,12 +240,12 @@ fn check_size(device: &wgpu::Device, wanted: &TextureArray, library: &Library) -
     Err(RenderError::MapTooLarge { image, size: [wanted.width, wanted.height], limit })
 }
 
-/// Whether the device reads blocks itself; where not, they are uploaded as the texels that they stand for.
+/// Tells if the device reads block-compressed textures; if not, their blocks are uploaded as texels.
 fn reads_blocks(device: &wgpu::Device) -> bool {
     device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
 }
 
-/// What holds heights of more than 8 bits and is filtered: graphics cards have one of the first two, most have both.
+/// Filterable format for heights of more than 8 bits. Graphics cards have one of the first two, most have both.
 fn height_format(device: &wgpu::Device) -> wgpu::TextureFormat {
     let features = device.features();
     if features.contains(wgpu::Features::FLOAT32_FILTERABLE) {
@@ -269,7 +269,7 @@ fn heights_as(format: wgpu::TextureFormat, level: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// What each layer of an array is to show: images of the library that fit it, as they are now.
+/// Wanted content of each layer of an array: images of the library that fit it, at their current revision.
 fn contents(wanted: &TextureArray, library: &Library) -> Vec<Option<(ImageId, u64)>> {
     let content = |id: ImageId| {
         let fits = library.image(id).is_some_and(|image| TextureArray::of(image).same_format(wanted));
@@ -279,7 +279,7 @@ fn contents(wanted: &TextureArray, library: &Library) -> Vec<Option<(ImageId, u6
 }
 
 impl ArrayTexture {
-    /// Whether its layers can hold the images of that array.
+    /// Tells if its layers can hold the images of that array.
     fn is_for(&self, wanted: &TextureArray) -> bool {
         let size = (self.texture.width(), self.texture.height());
         (size, self.srgb, self.texels) == ((wanted.width, wanted.height), wanted.srgb, wanted.texels)
@@ -290,7 +290,7 @@ impl ArrayTexture {
         self.layers.iter().position(|layer| *layer == Some(content))
     }
 
-    /// Whether an image is in another layer than it is to be.
+    /// Tells if an image is in another layer than it is to be.
     fn is_mixed_up(&self, wanted: &TextureArray, library: &Library) -> bool {
         let contents = contents(wanted, library);
         (0..)
@@ -327,7 +327,7 @@ impl ArrayTexture {
     }
 }
 
-/// What all levels of all layers take.
+/// Bytes of all levels of all layers.
 fn texture_bytes(texture: &wgpu::Texture) -> u64 {
     let (side, format) = (texture.format().block_dimensions().0, texture.format());
     let blocks = (0..texture.mip_level_count()).map(|level| {

@@ -26,7 +26,7 @@ pub(crate) const SMALLEST_SCALE: f32 = SIZE as f32 / 6.0 - GUTTER;
 /// Versine of the widest spot that is drawn through one perspective projection: 60° from its axis.
 const WIDEST_SPOT: f32 = 0.5;
 
-/// What of a point light or a spot decides what its layer holds.
+/// Parameters of a point light or a spot that decide the content of its layer.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Lamp {
     /// World space.
@@ -37,7 +37,7 @@ pub(crate) struct Lamp {
     range: f32,
     /// Metres: the radius of what shines.
     size: f32,
-    /// Of a spot.
+    /// `None` for a point light.
     cone: Option<Cone>,
 }
 
@@ -48,7 +48,7 @@ struct Cone {
     axis: Vec3,
     /// Cosine and sine of its outer half angle.
     edge: [f32; 2],
-    /// Where it fills its layer: its turn, and texels of a slope of one.
+    /// Turn, and texels of a slope of one; `None` unless it fills its layer with one projection.
     fills: Option<(Turn, f32)>,
 }
 
@@ -111,13 +111,13 @@ impl Lamp {
         faces.map(face).collect()
     }
 
-    /// Whether something of a box may be within its range.
+    /// Tells if a box, world space, may reach into its range.
     pub fn may_reach(&self, min: Vec3, max: Vec3) -> bool {
         let nearest = self.position.clamp(min, max);
         nearest.distance(self.position) <= self.range * 1.001 + rounding(nearest, self.position)
     }
 
-    /// Whether some of a sphere may be within its range and its cone.
+    /// Tells if a sphere, world space, may reach into its range and its cone.
     pub fn reaches(&self, sphere: Sphere) -> bool {
         let v = sphere.center - self.position;
         let radius = sphere.radius * 1.001 + rounding(sphere.center, self.position);
@@ -130,7 +130,7 @@ impl Lamp {
             })
     }
 
-    /// Whether some of a sphere may be in a face.
+    /// Tells if a sphere, world space, may reach into a face.
     pub fn holds(&self, face: &Face, sphere: Sphere) -> bool {
         let v = sphere.center - self.position;
         let radius = sphere.radius * 1.001 + rounding(sphere.center, self.position);
@@ -176,7 +176,7 @@ mod tests {
         }
     }
 
-    /// Where a face puts what goes out from the light, texels; `None` where it is not before the face.
+    /// Projects a vector from the light into a face, texels; `None` outside the face.
     fn texel(face: &Face, v: Vec3) -> Option<[f32; 2]> {
         let m = face.toward.dot(v);
         let clip = [face.right.dot(v) / m, face.up.dot(v) / m];

@@ -1,13 +1,13 @@
-//! What is in a layer of the shadow maps: the casters before each of its faces, and what of these is to be drawn.
+//! Content of a layer of the shadow maps: the casters before each face, and those due to be drawn.
 //!
 //! The lists are found at first by the order of objects, then by those that changed. A face is due where its list is
 //! another one than was drawn.
 //!
-//! Where something moves in frame after frame, what is still about it is drawn once, into the layer's *base*. Then the
-//! base is copied and only the rest is drawn: depths are a maximum, which does not depend on what came first.
+//! While something moves in frame after frame, the casters that stand still are drawn once, into the layer's *base*.
+//! Then the base is copied and only the rest is drawn. Depths are a maximum, which does not depend on what came first.
 //!
-//! What moves and casts its shadow where no view shows it is *left out*, for that frame: if it stays there, it is drawn
-//! in the next one.
+//! A moving caster whose shadow no view shows is *left out*, for that frame. If it stays there, it is drawn in the next
+//! one.
 
 use super::layer_light::LayerLight;
 use super::seen_shadows::SeenReceivers;
@@ -34,7 +34,7 @@ const BUSY: u32 = 2;
 const STILL: u64 = 8;
 /// Vertices for which a base is worth its memory and its copy.
 const WORTHWHILE: usize = 5_000;
-/// What a layer may be given to. Levels come first where there is not room for all.
+/// Light that a layer is given to. Levels come first where there is not room for all.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Owner {
     Sun(SunLevel),
@@ -46,7 +46,7 @@ pub(crate) enum Owner {
 #[derive(Debug, Default)]
 pub(crate) struct Layer {
     pub owner: Option<Owner>,
-    /// As its casters were found for it.
+    /// Light that its casters were found for.
     pub light: Option<LayerLight>,
     pub faces: Vec<LayerFace>,
     pub base: Option<Base>,
@@ -54,7 +54,7 @@ pub(crate) struct Layer {
     busy: u32,
 }
 
-/// What is still of a layer.
+/// Still casters of a layer.
 #[derive(Debug)]
 pub(crate) struct Base {
     pub texture: wgpu::Texture,
@@ -69,11 +69,11 @@ pub(crate) struct LayerFace {
     casters: Vec<Caster>,
     /// All but those that are left out are drawn.
     pub is_drawn: bool,
-    /// Whether some are left out.
+    /// Some are left out.
     leaves_out: bool,
 }
 
-/// What casters are drawn with: of masks their class and what their shader reads.
+/// Pipeline key of casters: of masks their class and the inputs of their shader.
 pub(crate) type CasterKey = Option<(ClassId, MaskKey)>;
 
 /// A caster as it is drawn into a face. Faces of equal casters have equal depths, while meshes and materials of masks
@@ -81,7 +81,7 @@ pub(crate) type CasterKey = Option<(ClassId, MaskKey)>;
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct FaceCaster {
     mesh: MeshId,
-    /// Of detail.
+    /// Level of detail.
     level: u32,
     slot: u32,
     /// Columns of its matrix.
@@ -90,7 +90,7 @@ struct FaceCaster {
     mask: Option<u32>,
 }
 
-/// What stands before a face.
+/// A caster before a face, and its state in the list.
 #[derive(Clone, Copy, Debug)]
 struct Caster {
     key: CasterKey,
@@ -122,11 +122,11 @@ pub(crate) struct DueLayer {
     pub faces: Vec<DueFace>,
 }
 
-/// What a layer holds before something is drawn into it.
+/// Content of a layer before something is drawn into it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Start {
     Nothing,
-    /// What it held before, but for the faces that are due.
+    /// Previous content, except the faces that are due.
     OtherFaces,
     Base,
 }
@@ -148,12 +148,12 @@ pub(crate) struct CasterDraw {
     pub slots: Range<u32>,
 }
 
-/// What changed since casters were found last.
+/// Changes since casters were found last.
 pub(crate) struct Changes<'a> {
     pub slots: &'a DirtySlots,
     /// By slot, ascending.
     pub casters: Vec<ShadowCaster>,
-    /// Whether what masks let through may be other than it was: all, or those of some materials.
+    /// All masks may have changed; otherwise only those of `materials`.
     pub all_masks: bool,
     pub materials: &'a DirtySlots,
     pub frame: u64,
@@ -230,12 +230,12 @@ impl Layer {
         }
     }
 
-    /// Whether some casters are left out.
+    /// Tells if some casters are left out.
     pub fn leaves_out(&self) -> bool {
         self.faces.iter().any(|face| face.leaves_out)
     }
 
-    /// Whether something is to be drawn. The base goes where nothing was for two frames. `is_same`: the frame was
+    /// Tells if something is to be drawn. The base is dropped after two frames without a draw. `is_same`: the frame was
     /// looked at before.
     pub fn is_due(&mut self, is_same: bool) -> bool {
         let is_due = self.faces.iter().any(|face| !face.is_drawn);
@@ -245,7 +245,7 @@ impl Layer {
         is_due
     }
 
-    /// What is to be drawn of a layer that is due, whose number is given. `frame`: whether it was looked at before, and
+    /// Casters to be drawn into a layer that is due, whose number is given. `frame`: if it was looked at before, and
     /// its number.
     pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, (is_same, frame): (bool, u64)) -> DueLayer {
         self.busy += u32::from(!is_same);
@@ -273,7 +273,7 @@ impl Layer {
         DueLayer { layer, base, start, faces }
     }
 
-    /// How many vertices some of its casters have.
+    /// Number of vertices of some of its casters.
     fn vertices(&self, meshes: &Meshes, is_counted: impl Fn(&Caster) -> bool) -> usize {
         let casters = self.faces.iter().flat_map(|face| &face.casters).filter(|caster| is_counted(caster));
         let level = |caster: &Caster| meshes.range(caster.drawn.mesh)?.levels.get(caster.drawn.level as usize).copied();
@@ -282,7 +282,7 @@ impl Layer {
 }
 
 impl LayerFace {
-    /// What draws some of its casters.
+    /// Draws of some of its casters.
     fn due(&self, meshes: &Meshes, is_drawn: impl Fn(&Caster) -> bool) -> DueFace {
         let drawn = self.casters.iter().filter(|caster| !caster.is_left_out && is_drawn(caster));
         let casters: Vec<Caster> = drawn.copied().collect();

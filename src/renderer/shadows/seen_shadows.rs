@@ -1,5 +1,5 @@
-//! Which casters' shadows some view may show. What moves where none is seen need not be drawn in each frame
-//! (`layer_casters.rs`).
+//! Visibility of casters' shadows in the views. Moving casters whose shadows no view shows need not be drawn in each
+//! frame (`layer_casters.rs`).
 //!
 //! The shadow of a caster's bounding sphere is a cylinder behind it, or, of a lamp, a cone. It ends with the light's
 //! range, and with the box around all objects: beyond is nothing that could be dark. It is seen where it meets a view's
@@ -13,7 +13,7 @@ use glam::{Vec3, Vec4};
 use systems::draw::View;
 use systems::space::Sphere;
 
-/// What of a view decides which shadows it shows.
+/// Parameters of a view that decide which shadows it shows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenView {
     /// World space.
@@ -59,7 +59,7 @@ impl SeenReceivers {
         Self { views: views.filter(|_| bounds.is_some()).collect(), bounds: bounds.unwrap_or_default() }
     }
 
-    /// Whether something that is seen may lie in the shadow of a caster, world space, and be looked up in a layer.
+    /// Tells if a caster's shadow may fall on something seen, and be looked up in a layer. `caster`: world space.
     pub fn may_show(&self, light: &LayerLight, caster: Sphere) -> bool {
         let Some(shadow) = light.shadow(caster) else { return !self.views.is_empty() };
         self.views.iter().any(|view| self.may_show_in(view, light, &view.widened(shadow)))
@@ -111,7 +111,7 @@ mod tests {
         vector(1.0).prop_filter_map("too short", |v| (v.length() > 0.1).then(|| v.normalize()))
     }
 
-    /// Of a lamp with and without an end to its range.
+    /// Generates lamps with and without an end to their range.
     fn lamp() -> impl Strategy<Value = Lamp> {
         (vector(20.0), 1.0_f32..60.0).prop_map(|(position, range)| {
             let inverse_range_squared = if range < 50.0 { (range * range).recip() } else { 0.0 };
@@ -160,8 +160,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// What stands close to a lamp has a shadow that is nearly half of all that it lights. The view is narrow, so
-        /// that it shows little of it.
+        /// A caster close to a lamp shadows nearly half of all that it lights. The view is narrow, so that it shows
+        /// little of it.
         #[test]
         fn the_edge_of_a_wide_shadow_is_seen_up_to_the_end_of_the_range(
             range in 1.0_f32..30.0, way in direction(), beside in direction(), part in 0.1_f32..0.97,

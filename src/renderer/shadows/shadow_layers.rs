@@ -17,8 +17,8 @@ pub(crate) const MOST_LAYERS: usize = 240;
 /// A projection into a part of a layer.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Face {
-    /// What goes out from the light's origin, times these, is the clip position: x, y and w; of a parallel projection
-    /// x, y, and the depth less a half.
+    /// Rows of the projection. Their dot products with a position relative to the light's origin are its clip x, y and
+    /// w. For a parallel projection they are x, y, and the depth less a half.
     pub right: Vec3,
     pub up: Vec3,
     pub toward: Vec3,
@@ -27,7 +27,7 @@ pub(crate) struct Face {
     pub size: u32,
 }
 
-/// As shaders/shadow_pass.wgsl reads a face.
+/// Record of a face, as shaders/shadow_pass.wgsl reads it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadowFaceRecord {
@@ -77,19 +77,20 @@ pub(crate) fn rounding(a: Vec3, b: Vec3) -> f32 {
 pub(crate) struct Turn([i16; 4]);
 
 impl Turn {
-    /// Of a light that shines that way.
+    /// Makes the turn of a light that shines in a direction, world space.
     pub fn new(direction: Vec3) -> Self {
         let turn = Quat::from_rotation_arc(direction.normalize_or(Vec3::NEG_Z), Vec3::NEG_Z);
         Self(turn.to_array().map(|part| (part * f32::from(i16::MAX)).round() as i16))
     }
 
-    /// As shaders read it.
+    /// Packs it for shaders.
     pub fn words(self) -> [u32; 2] {
         let [x, y, z, w] = self.0.map(|part| u32::from(part as u16));
         [x | y << 16, z | w << 16]
     }
 
-    /// What the shaders' `turned` does to the axes. It is nearly a rotation: layers are drawn by the same numbers.
+    /// Matrix of the shaders' `turned`, from world axes to the light's frame. It is nearly a rotation: layers are drawn
+    /// by the same numbers.
     pub fn matrix(self) -> DMat3 {
         let q = DVec4::from(self.0.map(|part| f64::from(part) / f64::from(i16::MAX)));
         let turned = |v: DVec3| {

@@ -7,8 +7,8 @@
 //! encode   passes for each layer with a face whose list of casters is another one than was drawn
 //! ```
 //!
-//! What can be seen of a layer depends on the world alone, not on other views and frames before. So nothing is looked
-//! at while nothing changed, and what is drawn anew has the depths that it would have in any other order.
+//! The visible content of a layer depends on the world alone, not on other views and frames before. So nothing is
+//! looked at while nothing changed. Depths that are drawn anew are those that any other order would give.
 
 use super::lamp_layers::Lamp;
 use super::layer_casters::{Changes, DueFace, DueLayer, Layer, Owner, Start};
@@ -40,7 +40,7 @@ const _: () = assert!(LEVEL_RECORDS + ShadowLights::MOST_SUNS * LEVELS as usize 
 // A light's record has eight bits for the number of its shadow record.
 const _: () = assert!(LEVEL_RECORDS <= u8::MAX as usize);
 
-/// What a view asks for.
+/// Request of a view for shadow maps.
 pub(crate) struct ShadowedView<'a> {
     pub ranked: &'a [Ranked],
     pub plan: &'a ViewPlan,
@@ -59,7 +59,7 @@ pub(crate) struct ShadowMaps {
     /// The shadow records of lights by their slots, counted from 1, as the light table on the device has them.
     pub by_slot: BTreeMap<u32, u8>,
     due: Vec<DueLayer>,
-    /// What was looked at last.
+    /// Versions at the last search for casters.
     seen: Option<Seen>,
     pub stats: ShadowStats,
 }
@@ -74,7 +74,7 @@ struct Sun {
     size: f32,
 }
 
-/// What lists of casters depend on beside the lights.
+/// Versions that lists of casters depend on, beside the lights.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Seen {
     frame: u64,
@@ -82,8 +82,8 @@ struct Seen {
     textures: u64,
 }
 
-/// How many of some views, from the first on, find room for the layers of all their lights, and so do not take any from
-/// each other; at least 1. Each is taken to ask for as many lamps as it may.
+/// Number of leading views that find room for the layers of all their lights; at least 1. They take no layers from each
+/// other. Each counts with as many lamps as it may ask for.
 pub(crate) fn views_with_room(frame: &FrameData<'_>, plans: &[&ViewPlan]) -> usize {
     let Some(lights) = frame.shadows.as_ref().map(ShadowScene::lights) else { return plans.len() };
     let suns = rank_suns(lights);
@@ -123,7 +123,7 @@ impl ShadowMaps {
         (layers + bases) as u64 * u64::from(SIZE * SIZE) * 4
     }
 
-    /// What objects that receive shadows bind; `None` before the first [`Self::choose`].
+    /// Bind group of objects that receive shadows; `None` before the first [`Self::choose`].
     pub fn group(&self) -> Option<&wgpu::BindGroup> {
         Some(&self.device.as_ref()?.maps.as_ref()?.group)
     }

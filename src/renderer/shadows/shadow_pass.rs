@@ -1,5 +1,5 @@
-//! What draws casters into the layers of the shadow maps, and what receivers bind of them: the texture, the pipelines
-//! of `shaders/shadow_pass.wgsl` and the buffers that they read.
+//! Passes that draw casters into the layers of the shadow maps, and the bindings of receivers: the texture, the
+//! pipelines of `shaders/shadow_pass.wgsl` and the buffers that they read.
 
 use super::shadow_layers::{SIZE, ShadowFaceRecord};
 use crate::renderer::gpu::formats::DEPTH_FORMAT;
@@ -12,7 +12,7 @@ use crate::renderer::resources::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use std::collections::BTreeMap;
 use systems::draw::ViewRecord;
 
-/// What the shader of masks reads of a caster: whether UVs are transformed, and whether vertices have colours.
+/// Inputs of the mask shader that a caster has: transformed UVs, and vertex colours.
 pub(crate) type MaskKey = (bool, bool);
 
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub(crate) struct OnDevice {
 pub(crate) struct Maps {
     texture: wgpu::Texture,
     pub layers: Vec<wgpu::TextureView>,
-    /// What receivers bind.
+    /// Bind group of receivers.
     pub group: wgpu::BindGroup,
 }
 

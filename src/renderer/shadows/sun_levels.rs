@@ -25,11 +25,12 @@ pub(crate) const FIRST: f32 = 8.0;
 pub(crate) const DEPTH: f32 = 2048.0;
 /// Cells of the grid from the middle of a level to its sides.
 const CELLS: f64 = 4.0;
-/// How far from an eye across the rays, in parts of the way from the middle of a level to its sides, what is looked up
-/// there begins and ends. What is nearer has a finer level by itself. Twice 0.3 is 0.8 of 0.75
-/// (`shaders/shadows.wgsl`: `LEVEL_ALONE`, `LEVEL_USED`).
+/// Distances from an eye, across the rays, between which a level is looked up, in parts of its half width. Nearer
+/// places have a finer level by themselves. Twice 0.3 is 0.8 of 0.75 (`shaders/shadows.wgsl`: `LEVEL_ALONE`,
+/// `LEVEL_USED`).
 pub(crate) const LOOKED_UP: [f32; 2] = [0.3, 0.75];
-/// How far from the middle of a level, in parts of the way to its sides, eyes of its cell look up, and filters read.
+/// Distance from the middle of a level, in parts of its half width, up to which it is read. It includes eyes anywhere
+/// in the level's cell, and filters.
 const READ: f32 = LOOKED_UP[1] + 0.5 / CELLS as f32 + 2.0 * WIDEST_FILTER / SIZE as f32 + 0.01;
 
 /// A level of a directional light around an eye: all that decides what its layer holds, beside the casters.
@@ -38,7 +39,7 @@ pub(crate) struct SunLevel {
     level: u32,
     /// The way that the light's frame is turned.
     pub turn: Turn,
-    /// Of the grid, in the light's frame.
+    /// Cell of the grid, in the light's frame.
     cell: [i32; 3],
 }
 
@@ -93,7 +94,7 @@ impl SunLayer {
         Face { right: x / self.half, up: y / self.half, toward: z / DEPTH, corner: [0, 0], size: SIZE }
     }
 
-    /// Whether something of a box may be before what is read of the level, or in it.
+    /// Tells if a box, world space, may be in the part of the level that is read, or before it.
     pub fn may_reach(&self, min: Vec3, max: Vec3) -> bool {
         let (center, half) = ((min + max) * 0.5, (max - min) * 0.5);
         self.is_before(center, |axis| axis.abs().dot(half))
@@ -116,7 +117,7 @@ impl SunLayer {
         Shadow { start, along: -self.toward(), growth: 0.0, length: f32::INFINITY }
     }
 
-    /// Whether an eye may look up in this level what lies behind a sphere.
+    /// Tells if an eye may look up in this level what lies behind a sphere.
     pub fn serves(&self, eye: Vec3, Sphere { center, radius }: Sphere) -> bool {
         let (v, [x, y, _]) = (center - eye, self.axes);
         let across = x.dot(v).abs().max(y.dot(v).abs());

@@ -10,7 +10,7 @@
 //!            shares: byte n mod 4 of word n / 4 is how much is seen of light n of the object, in parts of 255
 //! ```
 //!
-//! What a pixel shows of an object without a surface there has no shadows.
+//! An object without a surface at a pixel has no shadows there.
 
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
@@ -22,7 +22,7 @@ const SHARES: usize = size_of::<u32>();
 /// A row of pixels of [`TracedShadows`].
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct TracedRow {
-    /// Where the surfaces of each pixel begin in `words`; `None` where it has none.
+    /// Start of each pixel's surfaces in `words`; `None` where it has none.
     starts: Vec<Option<usize>>,
     words: Vec<u32>,
 }
@@ -48,7 +48,7 @@ pub struct TracedShadows {
 }
 
 impl TracedShadows {
-    /// Of a picture's rows, from the top, each of as many pixels as the first.
+    /// Packs a picture's rows, from the top, each of as many pixels as the first.
     pub fn from_rows(rows: &[TracedRow]) -> Self {
         let pixels: usize = rows.iter().map(|row| row.starts.len()).sum();
         let surfaces: usize = rows.iter().map(|row| row.words.len()).sum();

@@ -1,7 +1,7 @@
 //! Passes of a view: which it draws by its settings, with which pipelines, and into which textures of outputs.
 //!
-//! Where the view has one sample per pixel, all outputs are drawn in one pass ([`ViewState::draws_together`]). Else
-//! depths, normals and ids are drawn in a second pass of one sample per pixel: they have no mean.
+//! A view with one sample per pixel draws all outputs in one pass ([`ViewState::draws_together`]). Others draw depths,
+//! normals and ids in a second pass of one sample per pixel: they have no mean.
 
 use super::view_state::ViewState;
 use crate::renderer::passes::emboss::EmbossPass;
@@ -71,8 +71,7 @@ impl ViewState {
         EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples, shadows })
     }
 
-    /// Whether what [`Settings::outputs`] asks for is drawn in the picture's own pass, which has one sample per pixel
-    /// then.
+    /// Tells if [`Settings::outputs`] are drawn in the picture's own pass, which has one sample per pixel then.
     pub fn draws_together(&self) -> bool {
         self.together && self.outputs.is_shaded()
     }
@@ -135,7 +134,7 @@ impl ViewState {
         }
     }
 
-    /// Whether a blended object, in view or not, shows what lies behind it elsewhere than it is.
+    /// Tells if a blended object, in view or not, refracts what lies behind it.
     fn refracts(&self, blended: &[BatchKey]) -> bool {
         let shown = matches!(self.pass, Pass::Color { debug: DebugView::Off, .. });
         let technique = |key: &BatchKey| self.pipeline_of(self.pass, *key).technique;

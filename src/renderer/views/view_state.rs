@@ -1,5 +1,5 @@
-//! What belongs to one view of a scene: a camera, a sensor, a picture of a test. Everything else the views of a frame
-//! share ([`crate::renderer::Renderer`]).
+//! State of one view of a scene: a camera, a sensor, a picture of a test. The views of a frame share everything else
+//! ([`crate::renderer::Renderer`]).
 //!
 //! A view keeps its targets, the lists of what it shows and what it saw last from frame to frame: one that is drawn
 //! again makes nothing anew. Views of a frame may differ in size and in all settings.
@@ -34,15 +34,15 @@ use systems::cells::Cells;
 use systems::draw::{DrawList, Environment, FrameData, ToneMap, View, ViewRecord};
 use systems::lights::{Ranked, ShadowView, rank};
 
-/// What a view keeps from frame to frame. For one [`Renderer`](crate::renderer::Renderer) and its world: with another
-/// it begins anew.
+/// State of a view, kept between frames. It belongs to one [`Renderer`](crate::renderer::Renderer) and its world: with
+/// another it begins anew.
 #[derive(Debug)]
 pub struct ViewState {
-    /// What it is drawn into, if that is shared with other views.
+    /// Layer of targets that several views share; `None`: targets of its own.
     pub(super) layer: Option<Layer>,
-    /// Of all objects, those in these slots are drawn; `None`: all.
+    /// Slots of the objects that are drawn; `None`: all objects.
     pub(crate) only: Option<Arc<SlotSet>>,
-    /// Of the renderer ([`crate::renderer::Renderer`]); 0: none yet.
+    /// Epoch of the renderer ([`crate::renderer::Renderer`]) that it belongs to; 0: none yet.
     epoch: u64,
     /// The number of the renderer's `prepare` that went well for it last; 0: none.
     prepared: u64,
@@ -57,10 +57,10 @@ pub struct ViewState {
     recull: bool,
     /// The lists of visible objects are of that view.
     pub(crate) lists_ready: bool,
-    /// How often culling is to be done before the lists of visible objects stay as they are.
+    /// Frames that still need culling before the lists of visible objects stay as they are.
     pub(crate) cullings_due: u32,
     pub(crate) targets: Option<Targets>,
-    /// What blended objects refract, while any does.
+    /// Copy of the scene's colours that blended objects refract; `None` while none does.
     pub(crate) scene_color: Option<SceneColorCopy>,
     pub(crate) blended: BlendedList,
     pub(super) technique: Option<Technique>,
@@ -71,9 +71,9 @@ pub struct ViewState {
     /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer
     /// than a thousand objects.
     pub(crate) plain_sky: Option<Vec3>,
-    /// What the targets are prepared for: view, pass, technique, batches, outputs. `None`: nothing yet.
+    /// State that the targets are prepared for: view, pass, technique, batches, outputs. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64, OutputSet)>,
-    /// What the renderer had uploaded when this view was last prepared.
+    /// Counts of the renderer's uploads when this view was last prepared.
     uploads: Uploads,
     needs_redraw: bool,
     /// The lights that have a shadow map in this view, and what that was found for.
@@ -84,7 +84,7 @@ pub struct ViewState {
     /// For the debug view of cells.
     pub(crate) cell_view: Option<CellView>,
     pub(crate) counts: CountReadback,
-    /// What the settings ask for.
+    /// Outputs that the settings ask for.
     pub(crate) outputs: OutputSet,
     /// Objects may be drawn in two phases, to find what hides what.
     pub(super) may_hide: bool,
@@ -93,7 +93,7 @@ pub struct ViewState {
     /// The picture's own pass can write what they ask for beside it.
     pub(super) together: bool,
     pub(crate) output_textures: OutputTextures,
-    /// What of them is of the frame that was prepared last.
+    /// Outputs already drawn for the frame that was prepared last.
     pub(crate) drawn_outputs: OutputSet,
     pub(crate) readback: Readback,
     pub(crate) view_from_clip: Mat4,
@@ -152,17 +152,17 @@ impl ViewState {
         self.targets.as_ref().filter(|_| self.prepared > 0).map(|targets| (targets.width, targets.height))
     }
 
-    /// Whether it was prepared by a renderer's `prepare` of that number.
+    /// Tells if a preparation of that number, in that epoch, included it.
     pub(crate) fn is_of(&self, epoch: u64, prepared: u64) -> bool {
         (self.epoch, self.prepared) == (epoch, prepared)
     }
 
-    /// Whether what was prepared can look different from what was last drawn.
+    /// Tells if the prepared picture can differ from the one last drawn.
     pub fn needs_redraw(&self) -> bool {
         self.needs_redraw
     }
 
-    /// How much a recent frame drew, as far as the GPU has told; waits for nothing.
+    /// Counts of objects and triangles drawn in a recent frame, as last read back from the GPU. It waits for nothing.
     pub fn visible_counts(&self) -> Option<VisibleCounts> {
         self.counts.latest
     }
@@ -179,17 +179,17 @@ impl ViewState {
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
 
-    /// Whether the passes over the scene are encoded: for the picture, or to find what hides what.
+    /// Tells if the passes over the scene are encoded: for the picture, or for occlusion culling.
     pub(crate) fn draws_scene(&self) -> bool {
         self.outputs.is_shaded() || (self.culled.pyramid().is_some() && self.cullings_due > 0)
     }
 
-    /// What the passes over the scene draw into.
+    /// Attachments of the passes over the scene.
     pub(crate) fn attachments<'a>(&'a self, targets: &'a Targets) -> Attachments<'a> {
         targets.attachments(self.scene_color.as_ref(), self.output_textures.attached(self.pass.sky().beside))
     }
 
-    /// What every pass binds as group 0; `None` before the first `prepare`.
+    /// Bind group 0 of every pass; `None` before the first `prepare`.
     pub(crate) fn group(&self) -> Option<&wgpu::BindGroup> {
         self.group.as_ref().map(|(_, group)| group)
     }
@@ -223,7 +223,7 @@ impl ViewState {
         }
     }
 
-    /// What it asks of the shadow maps; `None` where it has none.
+    /// Request for shadow maps; `None` if its pass reads none.
     pub(crate) fn shadowed<'a>(&'a self, plan: &'a ViewPlan) -> Option<ShadowedView<'a>> {
         let has_maps = matches!(self.pass.shadows(), Shadows::Maps);
         has_maps.then(|| ShadowedView { ranked: &self.ranked, plan })
@@ -371,7 +371,7 @@ impl ViewState {
         self.prepared = prepared;
     }
 
-    /// Whether the sky is more than a clear.
+    /// Tells if the sky needs a draw, because it is more than a clear.
     pub(crate) fn needs_sky(&self) -> bool {
         self.plain_sky.is_none()
     }

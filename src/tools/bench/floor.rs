@@ -1,7 +1,7 @@
-//! What the triangles of the objects in view cost by themselves on this adapter: one instanced draw with the plainest
-//! shader, a matrix and a colour. What a frame takes beyond that is Relief's. Everything in view is drawn, meshes
-//! whole, one sample per pixel: a frame can take less, which leaves out hidden objects, those between samples, and
-//! levels of detail.
+//! Cost of the triangles in view by themselves on this adapter. They are one instanced draw with the plainest shader, a
+//! matrix and a colour. The time of a frame beyond that is Relief's. Everything in view is drawn, meshes whole, one
+//! sample per pixel. A frame can take less: it leaves out hidden objects and those between samples, and has levels of
+//! detail.
 
 use super::grid::Grid;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
@@ -136,7 +136,7 @@ impl Floor {
     }
 }
 
-/// Whether a sphere is not wholly outside one of the sides of the view.
+/// Tells if a sphere may be in view: not wholly outside one of its four sides.
 fn may_be_in_view(clip_from_world: &Mat4, sphere: Sphere) -> bool {
     let [x, y, w] = [0, 1, 3].map(|row| clip_from_world.row(row));
     [w + x, w - x, w + y, w - y]

@@ -4,7 +4,7 @@ use crate::renderer::{PassTime, RenderStats};
 use std::time::Duration;
 use systems::ecs::stats::FrameStats;
 
-/// What one frame took.
+/// Times of one frame.
 #[derive(Clone, Debug)]
 pub(super) struct FrameCost {
     /// Since the program started.

@@ -61,7 +61,7 @@ impl FromStr for GridMesh {
     }
 }
 
-/// Where the camera stands.
+/// Place of the camera.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum GridView {
     /// Outside and above, the whole grid in view
@@ -76,7 +76,7 @@ impl GridView {
     pub const ALL: [(&'static str, Self); 2] = [("wide", Self::Wide), ("inside", Self::Inside)];
 }
 
-/// What a yard holds.
+/// Contents of a yard.
 #[derive(Clone, PartialEq, Debug)]
 pub struct GridPlan {
     /// At least 1.
@@ -87,9 +87,9 @@ pub struct GridPlan {
     pub moving: f32,
     /// The mesh of all objects.
     pub mesh: GridMesh,
-    /// Where the camera stands.
+    /// Place of the camera.
     pub view: GridView,
-    /// Whether the lights cast shadows.
+    /// Lights cast shadows.
     pub shadows: bool,
 }
 
@@ -113,7 +113,7 @@ pub struct Grid {
     movers: Vec<Mover>,
 }
 
-/// What the objects of a yard are made of.
+/// Mesh and materials of a yard's objects.
 pub struct GridKit {
     mesh: MeshId,
     materials: Vec<MaterialId>,
@@ -121,7 +121,7 @@ pub struct GridKit {
 
 struct Mover {
     entity: Entity,
-    /// Where it stands, height left out.
+    /// Place on the ground.
     foot: Vec3,
     phase: f32,
 }
@@ -199,7 +199,7 @@ impl Grid {
         }));
     }
 
-    /// How many objects move.
+    /// Number of objects that move.
     pub fn moving(&self) -> usize {
         self.movers.len()
     }
@@ -220,7 +220,7 @@ impl Grid {
     }
 }
 
-/// Of every object: its place on the ground, a number 0..1 that chooses its material, its phase.
+/// Generates for every object its place on the ground, a number 0..1 that chooses its material, and its phase.
 fn places(objects: u32) -> impl Iterator<Item = (Vec3, f32, f32)> {
     let (side, half) = (side(objects), half_width(objects));
     let mut numbers = Numbers(1);
@@ -240,7 +240,7 @@ fn half_width(objects: u32) -> f32 {
     (side(objects) - 1) as f32 * SPACING / 2.0
 }
 
-/// Whether the object of that number is one of the moving ones, spread evenly over all.
+/// Tells if the object of that number moves; moving ones are spread evenly over all.
 fn moves(index: u32, fraction: f32) -> bool {
     let before = |i: u32| (f64::from(i) * f64::from(fraction)).round();
     before(index + 1) > before(index)

@@ -1,4 +1,4 @@
-//! What to measure.
+//! Settings of measurements.
 
 use super::grid::GridPlan;
 use crate::frames::LoadOptions;
@@ -29,20 +29,20 @@ pub struct BenchJob {
     pub technique: Option<Technique>,
     /// Lights everything by this policy; `None`: a grid by [`LightPolicy::Three`], a scene as it has it.
     pub lights_policy: Option<LightPolicy>,
-    /// How coarse distant meshes may be.
+    /// Levels of detail of distant meshes.
     pub levels: LevelOfDetail,
-    /// Whether objects that others hide are left out.
+    /// Occlusion culling.
     pub occlusion: Occlusion,
     /// Lights that may have a shadow map; `None`: of a grid none, of a scene as many as by default. Above 0 the lights
     /// of a grid cast shadows.
     pub shadows: Option<u32>,
-    /// How the scene is loaded; never from the cache. A grid's textures are put into blocks by the same choice.
+    /// Options of loading the scene; never from the cache. A grid's textures are put into blocks by the same choice.
     pub load: LoadOptions,
     /// Samples per pixel, 1 or 4.
     pub samples: u32,
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,
-    /// Whether all objects in view are also drawn with the plainest shader.
+    /// Also draws all objects in view with the plainest shader.
     pub floor: bool,
     /// A file for the last frame.
     pub picture: Option<PathBuf>,
@@ -53,9 +53,9 @@ pub struct BenchJob {
 /// Many grids to measure, each in a process of its own.
 #[derive(Clone, Debug)]
 pub struct SuiteJob {
-    /// How to measure; its grid is the largest.
+    /// Settings of each measurement; its grid is the largest.
     pub most: BenchJob,
-    /// Where results, report and plots go; made if missing.
+    /// Folder for results, report and plots; made if missing.
     pub folder: PathBuf,
     /// The results of an earlier suite, to compare with.
     pub earlier: Option<PathBuf>,

@@ -1,12 +1,12 @@
-//! What a figure is worth nothing without: the build, and the memory of the process.
+//! Build and memory of the process, without which a figure is worth nothing.
 
 use serde::{Deserialize, Serialize};
 
-/// What was compiled, and how.
+/// Build of the program.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Build {
-    /// Of the package.
+    /// Version of the package.
     pub version: String,
     /// `RELIEF_COMMIT` as it was when this was compiled: the commit, where the build says so.
     pub commit: Option<String>,
@@ -14,7 +14,7 @@ pub struct Build {
     pub profile: String,
     /// Architecture and operating system.
     pub target: String,
-    /// What the compiler was allowed beyond the architecture's base.
+    /// Features of the processor that the compiler could use beyond the architecture's base.
     pub target_features: Vec<String>,
 }
 

@@ -20,11 +20,11 @@ pub struct Surface {
     pub base: Image,
     /// Tangent space, green up.
     pub normal: Image,
-    /// How much is reflected, grey.
+    /// Share that is reflected, grey.
     pub specular: Image,
 }
 
-/// What a surface is at one place.
+/// Properties of a surface at one place.
 #[derive(Clone, Copy)]
 struct Texel {
     /// 0 lowest, 1 highest.

@@ -1,4 +1,4 @@
-//! What `relief bench` prints: one scene's figures, as a line of JSON or a table.
+//! Output of `relief bench`: one scene's figures, as a line of JSON or a table.
 
 use super::machine::Build;
 use serde::{Deserialize, Serialize};
@@ -21,17 +21,17 @@ pub struct Measurement {
     pub samples: u32,
     pub lights_policy: String,
     pub technique: Option<String>,
-    /// Whether meshes are drawn with fewer triangles where they are small.
+    /// Levels of detail: meshes are drawn with fewer triangles where they are small.
     pub levels: bool,
-    /// Whether objects that others hide are left out: auto, on or off.
+    /// Occlusion culling: auto, on or off.
     pub occlusion: String,
     /// Lights that had a shadow map in the last frame.
     pub shadow_layers: u32,
     /// Layers of shadow maps drawn in a frame.
     pub shadow_passes_median: f64,
-    /// Whether textures were put into blocks.
+    /// Textures are compressed into blocks.
     pub compress: bool,
-    /// Whether a pass of its own tone-mapped the picture, as it does. Earlier programs could do without, and some said
+    /// Tone mapping in a pass of its own, which is always done now. Earlier programs could do without, and some said
     /// nothing of it.
     #[serde(default = "kept_linear")]
     pub hdr: bool,
@@ -72,11 +72,11 @@ pub struct Measurement {
     pub triangles: u64,
     /// Objects that were not drawn, because they are out of view or behind others.
     pub culled_objects: u32,
-    /// What textures take on the GPU, with all their mip levels.
+    /// GPU memory of textures, with all their mip levels.
     pub texture_bytes: u64,
     /// The most memory the process ever had resident, in units of 2²⁰ bytes; `None` where the system does not say.
     pub rss_mb: Option<f64>,
-    /// What each object adds to that: see [`super::bytes_per_object`], which finds it.
+    /// Peak memory that each object adds: see [`super::bytes_per_object`], which finds it.
     pub bytes_per_object: Option<f64>,
     /// From the start of the program to the first frame finished.
     pub first_frame_ms: f64,
@@ -99,7 +99,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of some values; zeros where there are none.
+    /// Computes the spread of some values; zeros where there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -188,7 +188,7 @@ impl fmt::Display for Measurement {
     }
 }
 
-/// What [`Measurement::hdr`] is where nothing is said of it.
+/// Default of [`Measurement::hdr`] where nothing is said of it.
 fn kept_linear() -> bool {
     true
 }

@@ -181,7 +181,7 @@ impl NightLights {
     }
 }
 
-/// Which objects and lights move in a frame.
+/// Objects and lights that move in a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Movers {
     /// Places in [`NightLights::objects`].

@@ -70,7 +70,7 @@ impl<'a> Report<'a> {
         report
     }
 
-    /// What got slower, in words.
+    /// Figures that got slower, in words.
     pub fn slower(&self) -> &[String] {
         &self.slower
     }
@@ -184,7 +184,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// What an object more costs, from the two scenes with most.
+    /// Writes the memory of one more object, from the two scenes with most.
     fn memory(&self, page: &mut String) {
         let Some(sweep) = self.sweeps.iter().find(|sweep| sweep.axis == Axis::Objects) else { return };
         let known = sweep.scenes.iter().filter_map(|scene| self.result(scene));
@@ -241,7 +241,7 @@ const CHARTS: [(Axis, &str, &str, &str); 3] = [
     (Axis::Moving, "moving.svg", "Cost against the share that moves", "moving, %"),
 ];
 
-/// Where a result is on the axis.
+/// Position of a result on the axis.
 fn place(axis: Axis, m: &Measurement) -> f64 {
     match axis {
         Axis::Objects => m.objects.into(),
@@ -250,7 +250,7 @@ fn place(axis: Axis, m: &Measurement) -> f64 {
     }
 }
 
-/// What the scenes of a sweep share that others do not.
+/// Names the view and size that tell the scenes of a sweep from others.
 fn describe(scene: &Scene) -> String {
     format!("{} {}x{}", name::of(&GridView::ALL, scene.view), scene.size.0, scene.size.1)
 }
@@ -264,7 +264,7 @@ fn same_scene(a: &Measurement, b: &Measurement) -> bool {
     scene(a) == scene(b) && drawn(a) == drawn(b)
 }
 
-/// What of a scene got slower.
+/// Figures of a scene that got slower.
 fn slower(now: &Measurement, before: &Measurement) -> Vec<String> {
     let medians =
         [("frame", now.frame_ms_median, before.frame_ms_median), ("engine", now.cpu_ms_median, before.cpu_ms_median)];

@@ -26,7 +26,7 @@ use systems::draw::View;
 use systems::ecs::stats::{FrameStats, Stage};
 use systems::lights::{LightPolicies, LightPolicy};
 
-/// What stops a benchmark.
+/// Errors of a benchmark.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// The scene.
@@ -49,9 +49,9 @@ pub enum BenchError {
     Compare {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Place in the file.
         place: String,
-        /// What is the matter.
+        /// Description of the problem.
         message: String,
     },
     /// A scene could not be measured in a process of its own.
@@ -59,7 +59,7 @@ pub enum BenchError {
     SeparateProcess {
         /// The scene.
         what: String,
-        /// What the process that measured it said.
+        /// Message of the process that measured it.
         message: String,
         /// Its exit code.
         code: u8,
@@ -69,7 +69,7 @@ pub enum BenchError {
     Plot {
         /// Its file.
         file: &'static str,
-        /// What is the matter.
+        /// Description of the problem.
         message: String,
     },
 }
@@ -140,7 +140,7 @@ pub fn run(job: &BenchJob, started: Instant, mut progress: impl FnMut(u32, u32))
     Ok(measurement)
 }
 
-/// What the time to the first frame goes to.
+/// Parts of the time to the first frame.
 struct Start {
     started: Instant,
     last: Instant,
@@ -261,7 +261,7 @@ impl Bench {
         Ok(FrameCost { at, mutate, simulate, prepare, encode, submit, frame, render: self.renderer.stats(), passes })
     }
 
-    /// What the triangles of the objects in view take by themselves, the median of so many frames.
+    /// Time of the triangles of the objects in view by themselves, milliseconds: the median of so many frames.
     fn floor(&mut self, frames: usize) -> Option<f64> {
         let Subject::Grid(yard) = &mut self.subject else { return None };
         let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, self.size);

@@ -10,7 +10,8 @@ use crate::renderer::Occlusion;
 use std::io;
 use std::process::Command;
 
-/// What measures a grid in a process of its own: the command prints [`Measurement::json`], or `error: ` and why not.
+/// Makes the command that measures a grid in a process of its own. It prints [`Measurement::json`], or `error: ` and
+/// why not.
 pub type Launch<'a> = &'a dyn Fn(&BenchJob) -> io::Result<Command>;
 
 /// A yard.
@@ -24,7 +25,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// Whether the figures are of this scene.
+    /// Tells if the figures are of this scene.
     pub fn is_of(&self, m: &Measurement) -> bool {
         let view = name::of(&GridView::ALL, self.view);
         (m.objects, m.lights, m.moving, m.size) == (self.objects, self.lights, self.moving, self.size.into())
@@ -32,8 +33,8 @@ impl Scene {
     }
 }
 
-/// What each object of a yard adds to the most memory of its process: that of the measured one less that of one that
-/// draws a single object in the same way, so that driver, shaders, maps and targets do not count. `None` for a scene of
+/// Bytes that each object of a yard adds to the peak memory of its process. The peak of a process that draws a single
+/// object in the same way is subtracted, so that driver, shaders, maps and targets do not count. `None` for a scene of
 /// one's own, a single object, and where the system does not say.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! What is measured: a yard, or a scene of the user's.
+//! Subject of a measurement: a yard, or a scene of the user's.
 
 use super::grid::Grid;
 use super::job::BenchJob;
@@ -42,7 +42,7 @@ impl Subject {
         }
     }
 
-    /// What happens before a frame: objects of the yard are moved, the scene's clock steps.
+    /// Moves objects of the yard, or steps the scene's clock, before a frame.
     pub fn advance(&mut self, frame: u32) {
         match self {
             Self::Grid(yard) => yard.advance(frame),

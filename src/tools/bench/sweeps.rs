@@ -7,7 +7,7 @@ use super::separate_process::Scene;
 /// The size that shows the engine's own cost.
 const SMALL: (u32, u32) = (64, 36);
 
-/// What is on the horizontal axis.
+/// Quantity on the horizontal axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Axis {
     Objects,

@@ -1,4 +1,4 @@
-//! What stops a map tool.
+//! Errors of map tools.
 
 use crate::frames::FrameError;
 use crate::import::ImportError;
@@ -6,7 +6,7 @@ use crate::output::OutputError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// What stops a map tool.
+/// Errors of map tools.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     /// A file that is no image, or no model.
@@ -17,7 +17,7 @@ pub enum MapError {
     Refused {
         /// The file.
         path: PathBuf,
-        /// What was expected.
+        /// Message with what was expected.
         message: String,
     },
     /// A colour image where one value per texel is needed, and none of its channels was chosen.
@@ -51,7 +51,7 @@ pub enum MapError {
     Option {
         /// The name of its field.
         option: &'static str,
-        /// What was expected.
+        /// Message with what was expected.
         message: String,
     },
     /// A map or picture that could not be written.
@@ -62,7 +62,7 @@ pub enum MapError {
     Preview {
         /// The picture.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: FrameError,
     },
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 use systems::assets::color::linear_from_srgb;
 use systems::lights::LUMINANCE;
 
-/// What is read of an image that is to be one value per texel.
+/// Channel of an image that is read as one value per texel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Channel {
     /// Red
@@ -61,7 +61,7 @@ pub fn read(path: &Path) -> Result<Raster, MapError> {
 /// An image's colour in linear light, 3 channels: integers are sRGB, floats are linear already.
 ///
 /// # Errors
-/// As [`read`].
+/// Same as [`read`].
 pub fn read_color(path: &Path) -> Result<Raster, MapError> {
     let (raster, is_float) = read_as_is(path)?;
     let linear = |v: f32| if is_float { v } else { linear_from_srgb(v) };
@@ -75,7 +75,7 @@ pub fn read_color(path: &Path) -> Result<Raster, MapError> {
 /// JPEG leaves them.
 ///
 /// # Errors
-/// As [`read`]; [`MapError::NotGrey`] for a colour image where no channel is asked for.
+/// Same as [`read`]; [`MapError::NotGrey`] for a colour image where no channel is asked for.
 pub fn read_grey(path: &Path, channel: Option<Channel>) -> Result<Raster, MapError> {
     if let Some(channel) = channel {
         return read_channel(path, channel);
@@ -95,12 +95,12 @@ pub fn read_grey(path: &Path, channel: Option<Channel>) -> Result<Raster, MapErr
 /// One channel; of a grey image its grey, or its alpha.
 ///
 /// # Errors
-/// As [`read`].
+/// Same as [`read`].
 pub fn read_channel(path: &Path, channel: Channel) -> Result<Raster, MapError> {
     Ok(map_texels(&read(path)?, 1, |texel, to| to[0] = pick(texel, channel)))
 }
 
-/// Whether a map can be written under that name, before the work, with so many bits if that was said.
+/// Checks, before the work, that a map can be written under that name, with so many bits if given.
 ///
 /// # Errors
 /// [`MapError::Refused`] for another ending than .png or .exr, [`MapError::Option`] for bits of an .exr,

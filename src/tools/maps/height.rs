@@ -20,20 +20,20 @@ use systems::lights::LUMINANCE;
 /// Standard deviation of the unsharp mask, texels.
 const SHARPEN_SIGMA: f32 = 2.0;
 
-/// How heights are guessed. Lengths are standard deviations in texels.
+/// Settings of the guess of heights. Lengths are standard deviations in texels.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct HeightOptions {
     /// Removes what is wider than this; 0: nothing.
     pub remove_shading: f32,
     /// Smooths; 0: not.
     pub blur: f32,
-    /// How much of the unsharp mask is added.
+    /// Weight of the unsharp mask that is added.
     pub sharpen: f32,
     /// Times the distance from the mean.
     pub contrast: f32,
     /// Dark is high.
     pub invert: bool,
-    /// What lies beyond the edges.
+    /// Content beyond the edges.
     pub edges: Edges,
 }
 

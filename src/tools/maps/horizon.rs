@@ -18,10 +18,10 @@
 use super::{Advance, Edges, Raster, Relief};
 use std::f32::consts::{FRAC_PI_2, SQRT_2};
 
-/// How horizons are measured.
+/// Settings of the search for horizons.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct HorizonOptions {
-    /// What the heights mean.
+    /// Meaning of the heights.
     pub relief: Relief,
     /// Only what is at most so many texels away counts; `None`: all of the line.
     pub max_distance: Option<usize>,
@@ -198,7 +198,7 @@ impl Corner {
     }
 }
 
-/// How many of 0..count satisfy what the first of them do and the others do not.
+/// Number of items in 0..count that satisfy a condition: the first of them do, the others do not.
 fn partition_point(count: usize, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
     while low < high {

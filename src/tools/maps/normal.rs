@@ -4,18 +4,18 @@
 //! of Wrinkled Surfaces", SIGGRAPH 1978, on a plane. Red is toward image-right, green toward image-up, blue out of the
 //! surface, each 0.5 + 0.5·n.
 //!
-//! What is flat comes out exactly flat: (0.5, 0.5, 1). No integer is exactly 0.5; files hold the nearest, in 8 bits
+//! Flat surfaces come out exactly flat: (0.5, 0.5, 1). No integer is exactly 0.5; files hold the nearest, in 8 bits
 //! (128, 128, 255), in 16 bits (32768, 32768, 65535).
 
 use super::slope::{Filter, Relief, gradient};
 use super::{Advance, Raster};
 
-/// How a normal map is made.
+/// Settings of a normal map.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NormalOptions {
-    /// What the heights mean.
+    /// Meaning of the heights.
     pub relief: Relief,
-    /// How differences are taken.
+    /// Filter of the differences.
     pub filter: Filter,
     /// Times every slope; 1: as the heights say. It does what a material's `normal_scale` does.
     pub strength: f32,

@@ -17,7 +17,7 @@ pub const SIDE: u32 = 512;
 /// Larger maps are drawn from their smaller mip levels.
 const TEXTURE_BYTES: u64 = 256 << 20;
 
-/// What the map lies on.
+/// Surface that the map lies on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Shape {
     /// A rectangle seen from the front and above, as wide and high as the map.

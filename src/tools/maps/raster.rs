@@ -4,10 +4,10 @@ use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
 
-/// What is told how far a tool is: rows or lines finished, and of how many. Any thread may tell.
+/// Callback for the progress of a tool: rows or lines finished, and their total. Any thread may call it.
 pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// What lies beyond the edges of a map.
+/// Content beyond the edges of a map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Edges {
     /// The map again: it is a tile.

@@ -13,7 +13,7 @@
 
 use super::{Edges, Raster};
 
-/// How the difference of neighbouring heights is taken.
+/// Filter that takes the difference of neighbouring heights.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Filter {
     /// Three rows weighted 1 2 1: the usual choice
@@ -31,12 +31,12 @@ impl Filter {
         [("sobel", Self::Sobel), ("scharr", Self::Scharr), ("central", Self::Central)];
 }
 
-/// How heights are to be understood.
+/// Meaning of heights.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Relief {
     /// From height 0 to height 1, in widths of the image.
     pub height_scale: f32,
-    /// What lies beyond the edges.
+    /// Content beyond the edges.
     pub edges: Edges,
     /// Dents for bumps: 1 − h.
     pub invert: bool,

@@ -18,7 +18,7 @@
 use super::{Advance, Raster};
 use glam::Vec3;
 
-/// What the map that is given holds.
+/// Meaning of the map that is given.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Polish {
     /// 1 is polished
@@ -48,10 +48,10 @@ impl SpecularModel {
         [("phong", Self::Phong), ("specular_glossiness", Self::SpecularGlossiness)];
 }
 
-/// How a specular map is made.
+/// Settings of a specular map.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SpecularOptions<'a> {
-    /// What the first map holds.
+    /// Meaning of the first map.
     pub from: Polish,
     /// For which lighting model.
     pub model: SpecularModel,

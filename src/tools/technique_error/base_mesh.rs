@@ -6,7 +6,7 @@ use systems::assets::{Mesh, shapes};
 
 /// Triangles of the displaced figure, at the most.
 const MOST_TRIANGLES: f32 = 2.1e6;
-/// What is bumped.
+/// Mesh that is bumped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BaseMesh {
     /// One quad of 2 m
@@ -28,7 +28,7 @@ impl BaseMesh {
     pub const ALL: [(&'static str, Self); 3] =
         [("plane", Self::Plane), ("sphere", Self::Sphere), ("torus", Self::Torus)];
 
-    /// How often the image repeats along U and V: texels are about square.
+    /// Repetitions of the image along U and V: texels are about square.
     pub fn repeats(self) -> Vec2 {
         match self {
             Self::Plane => Vec2::ONE,
@@ -45,7 +45,7 @@ impl BaseMesh {
         shapes::with_uv_scale(mesh, self.repeats())
     }
 
-    /// As techniques have it.
+    /// Coarse mesh that techniques are drawn on.
     pub fn coarse(self) -> Mesh {
         self.mesh(match self {
             Self::Plane => UVec2::ONE,

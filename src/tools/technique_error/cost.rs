@@ -1,5 +1,5 @@
-//! What a draw takes: the same view with each technique in turn, round and round, so that a machine that is slower for
-//! a while is so for all of them.
+//! Cost of draws: the same view with each technique in turn, round and round. A machine that is slower for a while is
+//! so for all of them.
 
 use super::test_scene::{Lit, Shown, TestScene};
 use crate::frames::FrameError;
@@ -9,18 +9,18 @@ use std::time::{Duration, Instant};
 
 /// Rounds of techniques that are counted.
 pub(super) const ROUNDS: RangeInclusive<usize> = 5..=25;
-/// Of the displaced figure, which takes a hundred times as long where there is no GPU.
+/// Rounds of the displaced figure, which takes a hundred times as long where there is no GPU.
 pub(super) const FEW_ROUNDS: RangeInclusive<usize> = 3..=5;
 /// No round begins later, once there are enough.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What draws take, in the order they were asked for.
+/// Costs of draws, in the order they were asked for.
 pub(super) struct Costs {
     /// Medians, milliseconds.
     pub ms: Vec<f64>,
     /// Medians over the rounds of the time over that of the first.
     pub times_first: Vec<f64>,
-    /// What clock they are by.
+    /// Clock of the measurement.
     pub by: &'static str,
 }
 

@@ -9,12 +9,12 @@ pub const MOST_PIXELS: u32 = 1 << 22;
 /// Degrees; beyond, the plane is seen from its edge.
 pub const MOST_DEGREES: f32 = 85.0;
 
-/// What to compare.
+/// Settings of a comparison.
 #[derive(Clone, Debug)]
 pub struct CompareJob {
-    /// Where figures and pictures go; made if missing.
+    /// Folder for figures and pictures; made if missing.
     pub folder: PathBuf,
-    /// What is bumped.
+    /// Mesh that is bumped.
     pub figure: BaseMesh,
     /// Height map, 0 deepest; `None`: that of the scene of all techniques, with its other maps.
     pub height: Option<PathBuf>,

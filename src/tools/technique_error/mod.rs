@@ -1,4 +1,4 @@
-//! How far each bump technique is from what it imitates: `relief compare`.
+//! Error of each bump technique against what it imitates: `relief compare`.
 //!
 //! ```text
 //! job         what to compare, on which base_mesh
@@ -93,7 +93,7 @@ pub fn measure(job: &CompareJob, mut progress: impl FnMut(&str, u64, u64)) -> Re
     Ok(report)
 }
 
-/// What is read must be none of the files that [`write`] writes.
+/// Refuses inputs that [`write`] would overwrite.
 fn refuse_overwriting(job: &CompareJob, techniques: &[Technique]) -> Result<(), FrameError> {
     let drawn = techniques.iter().map(|technique| technique.name()).chain([report::GEOMETRY]);
     let mut written: Vec<String> =
@@ -153,8 +153,8 @@ impl Judge<'_> {
         Ok((Errors { mean: error.mean, p99: error.p99, flip }, error.of_pixels))
     }
 
-    /// Of the pixels where the sun, without shadows, would light both: the share where one has a shadow and the other
-    /// none.
+    /// Share of wrong shadows, where only one of the pictures has one. It counts pixels where the sun, without shadows,
+    /// would light both.
     fn wrong_shadows(&self, sun: &[Option<bool>]) -> f64 {
         let pairs = sun.iter().zip(&self.truth.sun).zip(self.counted);
         let both: Vec<bool> =

@@ -9,7 +9,7 @@ use std::fmt::{self, Write};
 /// The row of the displaced figure itself, drawn as an object like any other.
 pub(super) const GEOMETRY: &str = "geometry";
 
-/// How far a picture is from another.
+/// Errors of a picture against another.
 #[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize)]
 pub struct Errors {
     /// Mean over the pixels that show the figure in both of |L − L_truth|, over the mean of L_truth there.
@@ -20,7 +20,7 @@ pub struct Errors {
     pub flip: f64,
 }
 
-/// What is known of a technique.
+/// Results of a technique.
 #[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct Row {
     /// Its name, or `geometry`.
@@ -38,10 +38,10 @@ pub struct Row {
     pub times_off: f64,
 }
 
-/// What was found.
+/// Results of a comparison.
 #[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct Report {
-    /// What was bumped.
+    /// Mesh that was bumped.
     pub figure: BaseMesh,
     /// Degrees between the line of sight and the vertical.
     pub angle: f32,
@@ -51,9 +51,9 @@ pub struct Report {
     pub height: u32,
     /// The graphics adapter.
     pub adapter: String,
-    /// What clock milliseconds are by.
+    /// Clock that measured the milliseconds.
     pub timed_by: &'static str,
-    /// Of the truth.
+    /// Triangles of the truth.
     pub triangles: usize,
     /// Pixels where truth and techniques show the figure.
     pub pixels: usize,
@@ -146,7 +146,7 @@ impl Report {
     }
 }
 
-/// Where the points' names go, beside them: moved up or down until none lies on another.
+/// Places the points' names beside them: moved up or down until none lies on another.
 fn label_places(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
     const LINE: i32 = 15;
     const WIDTH: i32 = 140;

@@ -24,7 +24,7 @@ pub(super) const SUN: usize = 0;
 /// Light of the sun, as a sum of its colours, below which a surface counts as turned away from it.
 pub(super) const FAINT: f32 = 0.01;
 
-/// Which lights are on.
+/// Lights that are on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lit {
     All,
@@ -34,7 +34,7 @@ pub(super) enum Lit {
     Only(usize),
 }
 
-/// Which of the two figures is seen.
+/// Figure that is seen, of the two.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shown {
     Coarse(Technique),
@@ -55,7 +55,7 @@ impl Shown {
 pub(super) struct TestScene {
     pub simulation: Simulation,
     pub renderer: SingleView,
-    /// Of the displaced figure.
+    /// Triangles of the displaced figure.
     pub triangles: usize,
     pub displaced: Mesh,
     coarse: Entity,
@@ -188,7 +188,7 @@ impl TestScene {
         Ok(self.renderer.draw_outputs(OutputSet::ALL.beside_color()))
     }
 
-    /// Of each pixel, how many of its 2 × 2 parts show the coarse figure.
+    /// Counts for each pixel those of its 2 × 2 parts that show the coarse figure.
     pub fn coverage(&mut self, (width, height): (u32, u32)) -> Result<Vec<u8>, FrameError> {
         let outputs = self.outputs((2 * width, 2 * height), Shown::Coarse(Technique::Off))?;
         let shows = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
@@ -196,7 +196,7 @@ impl TestScene {
         Ok(quarters(&shows, width).map(|parts| parts.iter().flatten().count() as u8).collect())
     }
 
-    /// Of each pixel whether a technique has the sun behind something: `None` where the surface turns away from it.
+    /// Tells for each pixel if a technique hides the sun: `None` where the surface turns away from it.
     pub fn sun_shadow(&mut self, size: (u32, u32), technique: Technique) -> Result<Vec<Option<bool>>, FrameError> {
         let shown = Shown::Coarse(technique);
         self.self_shadow(0.0);

@@ -29,11 +29,11 @@ const ABOVE: f32 = 1e-4;
 pub(super) struct Truth {
     /// Linear, a pixel each.
     pub shadowed: Vec<Vec3>,
-    /// As if every light that faces the surface reached it.
+    /// The same, as if every light that faces the surface reached it.
     pub unshadowed: Vec<Vec3>,
-    /// How many of a pixel's four parts show the figure.
+    /// Number of a pixel's four parts that show the figure.
     pub coverage: Vec<u8>,
-    /// Whether the sun is behind something, `None` where the surface turns away from it.
+    /// Sun occluded; `None` where the surface turns away from it.
     pub sun: Vec<Option<bool>>,
 }
 
@@ -117,7 +117,7 @@ impl Rays {
         Self { triangles, tree }
     }
 
-    /// Whether nothing is in the way.
+    /// Tells if nothing blocks a ray within a distance, metres.
     fn pass(&self, from: Vec3, toward: Vec3, distance: f32) -> bool {
         let ray = Ray::new(from.into(), toward.into(), 0.0, distance);
         self.tree.ray_traverse_miss(ray, |ray, leaf| self.triangles[leaf].intersect(ray))

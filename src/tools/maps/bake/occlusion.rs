@@ -27,12 +27,12 @@ impl Sky {
         Self { azimuths: (0..rays.max(1)).map(azimuth).collect(), distance }
     }
 
-    /// How many.
+    /// Number of rays.
     pub fn rays(&self) -> usize {
         self.azimuths.len()
     }
 
-    /// How far they go, metres.
+    /// Length of the rays, metres.
     pub fn distance(&self) -> f32 {
         self.distance
     }

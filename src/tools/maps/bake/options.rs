@@ -5,7 +5,7 @@ use std::num::NonZero;
 /// Texels along a side of a map at the most.
 pub const MAX_SIDE: usize = 8192;
 
-/// Which maps are made.
+/// Maps to be made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Wanted {
     /// Tangent-space normals, green up.
@@ -22,7 +22,7 @@ impl Default for Wanted {
     }
 }
 
-/// Where along the normal the fine mesh is looked for, metres.
+/// Range along the normal in which the fine mesh is looked for, metres.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Reach {
     /// From so far outside to so far inside, and the first that is met counts: what an onlooker from outside would see.
@@ -32,27 +32,28 @@ pub enum Reach {
 }
 
 impl Reach {
-    /// How far either way.
+    /// Length to either side.
     pub fn metres(self) -> f32 {
         let (Self::Cage(metres) | Self::MaxDistance(metres)) = self;
         metres
     }
 }
 
-/// What both tools need to know.
+/// Settings of both tools, for meshes and for tiles.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BakeOptions {
     /// Texels, width and height.
     pub size: (usize, usize),
-    /// Which maps.
+    /// Maps to be made.
     pub wanted: Wanted,
-    /// Where the fine mesh is looked for; `None`: a cage of [`AUTO_CAGE`] of the diagonal of the coarse mesh's box.
+    /// Range in which the fine mesh is looked for; `None`: a cage of [`AUTO_CAGE`] of the diagonal of the coarse mesh's
+    /// box.
     pub reach: Option<Reach>,
     /// Rays of each texel for the occlusion map.
     pub rays: usize,
-    /// What is farther away than this, metres, shades nothing.
+    /// Distance beyond which nothing shades, metres.
     pub occlusion_distance: f32,
-    /// How many texels beyond the charts are filled; `None`: all.
+    /// Number of texels beyond the charts that are filled; `None`: all.
     pub dilate: Option<usize>,
     /// Threads; `None`: one per core.
     pub threads: Option<NonZero<usize>>,

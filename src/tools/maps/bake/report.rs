@@ -1,11 +1,11 @@
-//! What a bake gives, and what it says of itself.
+//! Results of a bake, and its report.
 
 use crate::tools::maps::Raster;
 use glam::Vec2;
 use std::fmt;
 use std::time::Duration;
 
-/// What became of a texel.
+/// Outcome of baking a texel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Coverage {
     /// It belongs to no chart.
@@ -26,7 +26,7 @@ pub struct Baked {
     pub height: Option<Raster>,
     /// One channel: 1 open, 0 shut in.
     pub occlusion: Option<Raster>,
-    /// Of each texel, before dilation.
+    /// Outcome of each texel, before dilation.
     pub coverage: Vec<Coverage>,
     /// Counts and scales.
     pub report: Report,
@@ -57,7 +57,7 @@ pub struct Report {
     pub baked: usize,
     /// Texels of charts whose ray met nothing.
     pub missed: usize,
-    /// Where the first of them are, in UVs.
+    /// Places of the first of them, in UVs.
     pub first_missed: Vec<Vec2>,
     /// Texels that several triangles claim.
     pub overlapping: usize,
@@ -67,7 +67,7 @@ pub struct Report {
     pub dilated: usize,
     /// Rays cast, all kinds together.
     pub rays: u64,
-    /// How long casting took.
+    /// Duration of casting.
     pub casting: Duration,
     /// Metres of black and white in the height map, above the coarse mesh or above the patch's origin.
     pub height_range: (f32, f32),

@@ -13,7 +13,7 @@ use systems::space::Aabb;
 /// Triangles that a bake takes at the most: repeated nodes and instances could ask for any number.
 const MAX_TRIANGLES: usize = 1 << 26;
 
-/// What a file is for.
+/// Purpose of a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Role {
     /// The coarse mesh whose maps are made: needs UVs, of this set.
@@ -117,7 +117,7 @@ impl Surface {
         }
     }
 
-    /// Whether the back of a triangle counts as a surface too.
+    /// Tells if the back of a triangle counts as a surface too.
     pub fn is_two_sided(&self, triangle: u32) -> bool {
         let after = self.two_sided.partition_point(|range| range.end <= triangle);
         self.two_sided.get(after).is_some_and(|range| range.contains(&triangle))

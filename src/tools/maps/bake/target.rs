@@ -7,21 +7,21 @@ use crate::tools::maps::MapError;
 use crate::triangle_tree::{INNER_SIZE, TreeRay, TriangleTree, Unfit};
 use glam::{Vec3, Vec3A};
 
-/// Which side of triangles a ray meets.
+/// Side of triangles that a ray meets.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Sides {
-    /// That which faces against the ray; both sides of two-sided triangles.
+    /// Side that faces against the ray; both sides of two-sided triangles.
     Front,
-    /// That which faces along the ray; both sides of two-sided triangles.
+    /// Side that faces along the ray; both sides of two-sided triangles.
     Back,
 }
 
-/// Where a ray meets the mesh.
+/// Hit of a ray on the mesh.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Hit {
     /// Index in the surface.
     pub triangle: u32,
-    /// Of the triangle's corners, 1 together.
+    /// Barycentric weights of the triangle's corners, 1 together.
     pub weights: Vec3,
     /// From the ray's origin, metres.
     pub distance: f32,
@@ -29,7 +29,7 @@ pub struct Hit {
 
 /// A surface that rays are cast at.
 pub struct Target<'a> {
-    /// What it was built from.
+    /// Source of the tree.
     pub surface: &'a Surface,
     tree: TriangleTree,
 }
@@ -62,13 +62,13 @@ impl<'a> Target<'a> {
         Some(Hit { triangle, weights: met.weights(), distance: met.t / self.tree.inner_from_metres() })
     }
 
-    /// Whether a ray meets anything, from either side, up to a distance. `direction` is unit.
+    /// Tells if a ray meets anything, from either side, up to a distance. `direction` is unit.
     pub fn is_hit(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
         let (ray, far) = self.ray(origin, direction, distance);
         self.tree.is_hit(&ray, far)
     }
 
-    /// How far off a surface a ray must start to leave it, metres: some ten times the rounding of coordinates.
+    /// Metres off a surface at which a ray must start to leave it: some ten times the rounding of coordinates.
     pub fn step_off(&self) -> f32 {
         INNER_SIZE / (1 << 17) as f32 / self.tree.inner_from_metres()
     }

@@ -20,7 +20,7 @@ const MAX_RAYS: usize = 65536;
 /// Places of missed texels that a report names.
 const NAMED: usize = 5;
 
-/// What a texel's rays gave.
+/// Results of a texel's rays.
 pub(super) struct Sample {
     /// Unit, tangent space.
     pub normal: Vec3,
@@ -30,7 +30,7 @@ pub(super) struct Sample {
     pub occlusion: f32,
 }
 
-/// What became of a texel.
+/// Outcome of baking a texel.
 pub(super) enum Outcome {
     Outside,
     Missed,
@@ -90,7 +90,7 @@ pub fn bake(
     Ok(baked)
 }
 
-/// What makes no sense whatever the meshes.
+/// Refuses options that make no sense whatever the meshes.
 pub(super) fn check_options(options: &BakeOptions) -> Result<(), MapError> {
     check_size(options.size)?;
     if !(1..=MAX_RAYS).contains(&options.rays) {
@@ -104,7 +104,7 @@ pub(super) fn check_options(options: &BakeOptions) -> Result<(), MapError> {
     Ok(())
 }
 
-/// Whether maps can be so large.
+/// Checks that maps can be so large.
 ///
 /// # Errors
 /// Names the limit.
@@ -145,7 +145,7 @@ impl Frame {
     }
 }
 
-/// What a texel's ray meets, and how high above the coarse mesh, metres.
+/// Hit of a texel's ray, and its height above the coarse mesh, metres.
 fn meet(target: &Target, frame: &Frame, reach: Reach) -> Option<(Hit, f32)> {
     let &Frame { position, normal, .. } = frame;
     match reach {

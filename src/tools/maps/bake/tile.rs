@@ -17,15 +17,15 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 use std::ops::RangeInclusive;
 use systems::space::Aabb;
 
-/// How many periods a patch may be wide: each asks for as many rays again.
+/// Largest width of a patch, in periods: each asks for as many rays again.
 const MOST_PERIODS: f32 = 8.0;
-/// How many periods away geometry shades.
+/// Distance up to which geometry shades, in periods.
 const SHADING_PERIODS: f32 = 4.0;
 
-/// What [`bake_tile`] needs to know.
+/// Settings of [`bake_tile`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct TileOptions {
-    /// As of a bake, but for the reach: rays start above everything and go through to the bottom.
+    /// Settings of a bake, except the reach: rays start above everything and go through to the bottom.
     pub bake: BakeOptions,
     /// Metres after which the patch repeats; `None`: the longer side of its box.
     pub period: Option<f32>,
@@ -121,7 +121,7 @@ impl<'a> Patch<'a> {
         Some((place, side * surface.normal(hit.triangle, hit.weights), side * face))
     }
 
-    /// Whether a ray meets no copy of the patch.
+    /// Tells if a ray meets no copy of the patch.
     fn is_open(&self, from: Vec3, direction: Vec3, distance: f32) -> bool {
         // Above the patch there is nothing more.
         let room = if direction.y > 0.0 { self.aabb.max.y - from.y } else { from.y - self.aabb.min.y };

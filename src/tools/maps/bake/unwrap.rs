@@ -1,4 +1,4 @@
-//! Which triangle each texel of a map shows: triangles drawn into the square of their UVs.
+//! Triangle of each texel of a map: triangles drawn into the square of their UVs.
 //!
 //! A texel belongs to the triangle that its centre lies in; of several, to the first in the file, and it counts as
 //! overlapping. A centre on a common edge belongs to one of the two. A texel whose centre lies in none, but which a
@@ -9,11 +9,11 @@ use super::Surface;
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::RangeInclusive;
 
-/// How near a triangle must come to a texel's centre, in texels: a little less than half a side. A chart that ends
-/// where a texel begins does not claim it, and nor does one that touches it by rounding.
+/// Distance from a texel's centre within which a triangle claims it, texels; a little less than half a side. A chart
+/// that ends where a texel begins does not claim it, and nor does one that touches it by rounding.
 const NEAR: f64 = 0.49;
-/// How far toward the triangle's middle the nearest point of an edge is moved: the fine mesh may end right there, and
-/// by rounding the ray would miss it.
+/// Share of the way to the triangle's middle by which the nearest point of an edge is moved. The fine mesh may end
+/// right there, and by rounding the ray would miss it.
 const INWARD: f64 = 1e-3;
 /// Texels looked at, for each texel of the map: UVs that go around the map more often are no chart of it.
 const MAX_COVER: usize = 256;
@@ -25,7 +25,7 @@ const NONE: u32 = u32::MAX;
 pub struct Texel {
     /// Index in the surface.
     pub triangle: u32,
-    /// Of the triangle's corners, 1 together, none below 0.
+    /// Barycentric weights of the triangle's corners, 1 together, none below 0.
     pub weights: Vec3,
 }
 
@@ -93,7 +93,7 @@ impl Unwrap {
         Ok(Self { size, owners, overlapping, flat, uv_area: area / texels as f64 })
     }
 
-    /// What the texel at (x, y) shows.
+    /// Place that the texel at (x, y) shows.
     pub fn texel(&self, surface: &Surface, x: usize, y: usize) -> Option<Texel> {
         let triangle = Some(self.owners[y * self.size.0 + x]).filter(|&owner| owner != NONE)?;
         let chart = Chart::new(surface, triangle, self.size)?;
@@ -188,7 +188,7 @@ impl Chart {
         self.corners[0] * weights.x + self.corners[1] * weights.y + self.corners[2] * weights.z
     }
 
-    /// Of the point of the triangle that is nearest.
+    /// Barycentric weights of the triangle's point that is nearest to a place.
     fn weights(&self, at: DVec2) -> DVec3 {
         let [a, b, c] = self.corners;
         let part = |from: DVec2, to: DVec2| (to - from).perp_dot(at - from) / self.area;
@@ -211,7 +211,7 @@ impl Chart {
         nearer(nearer(first, second), third)
     }
 
-    /// Where a texel's centre comes to lie as the map repeats, as far as that is near.
+    /// Copies of a texel's centre, as the map repeats, that are near the triangle.
     fn copies_of(&self, centre: DVec2, size: (usize, usize)) -> impl Iterator<Item = DVec2> {
         let size = DVec2::new(size.0 as f64, size.1 as f64);
         let (low, high) = self.bounds();
