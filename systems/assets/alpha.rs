@@ -4,11 +4,10 @@
 //! shows beside those that are. Painting programs leave black there. Here such texels take the colour of what is beside
 //! them, and levels weigh colour by alpha.
 //!
-//! Coverage changes with the level too: averages of few clear and many covered texels pass the cut-off, or
-//! none do. So alpha is scaled level by level until the part that passes is the finest level's (Castano, "Computing
-//! Alpha Mipmaps", 2010). And a mask is stored so that the edge between a texel that is seen and one that is not lies
-//! halfway, whatever the cut-off: alpha is stretched linearly on both sides of the cut-off until both ends are equally
-//! far from it.
+//! Coverage changes with the level too: averages of few clear and many covered texels pass the cut-off, or none do. So
+//! alpha is scaled level by level until the part that passes is the finest level's (Castano, "Computing Alpha Mipmaps",
+//! 2010). And a mask is stored so that the edge between a texel that is seen and one that is not lies halfway, whatever
+//! the cut-off: alpha is stretched linearly on both sides of the cut-off until both ends are equally far from it.
 
 use super::image::{Store, level_size};
 use glam::Vec4;

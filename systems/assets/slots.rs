@@ -4,7 +4,7 @@
 //! that was removed has another generation, so an id of the removed one names nothing. The lowest free slot is taken
 //! first: slots stay few, and the same edits give the same ids. After 256 items a slot is not used again.
 //!
-//! A follower of the items keeps the number of the last change that it has seen (a revision), and asks for the slots
+//! A follower of the items keeps the number of the last change that it has seen (a revision). It asks for the slots
 //! that changed since. Any number of systems and renderers can do so; where nothing changed, that is one comparison.
 //!
 //! A clone shares its items with what it was cloned from. One that is changed in either is copied first.

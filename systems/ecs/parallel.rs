@@ -1,7 +1,7 @@
 //! Work in parts, for the threads of a pool to share.
 //!
 //! Work that is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what
-//! it runs, some ten thousand lines of its own; so there is one, which runs numbers.
+//! it runs, some ten thousand lines of its own. So there is one, which runs numbers.
 
 use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 use std::cell::Cell;

@@ -1,5 +1,5 @@
-//! Weights for an object with as many lights as leave out no more than a share ε of what reaches it, one object after
-//! another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
+//! Weights for an object with as many lights as leave out no more than a share ε of what reaches it. Objects are taken
+//! one after another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
 //!
 //! The scores of the lights that reach an object are sᵢ. S is the sum of what they give as if none were nearer than half
 //! the object's radius ([`at_half_radius`]): a lamp within the bounding sphere would otherwise count as if all of the

@@ -61,7 +61,6 @@ impl LightFloods {
         &self.open
     }
 
-    /// Tells if there are cells.
     pub(crate) fn has_cells(&self) -> bool {
         !self.of_cell.is_empty()
     }

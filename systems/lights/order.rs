@@ -157,7 +157,6 @@ impl ObjectOrder {
         &self.spheres
     }
 
-    /// Place of each object, by entity.
     pub(crate) fn places(&self) -> &EntityNumbers {
         &self.places
     }

@@ -130,7 +130,7 @@ impl Policies<'_> {
 /// The objects that have a policy of their own, or are pieces.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OwnPolicies {
-    /// Policy of each in its bits. The lowest tells if it is a piece; the others are those of a tolerance below 1,
+    /// Policy of each in its bits. The lowest tells if it is a piece. The others are those of a tolerance below 1,
     /// whose highest bit is never set, or one of [`NO_POLICY`], [`THREE`] and [`HARD`].
     codes: EntityNumbers,
     policies: usize,

@@ -2,8 +2,8 @@
 //!
 //! Point and spot lights are sorted along a Morton curve and cut into blocks of 16, whose fields lie side by side so
 //! that one vector operation tests many lights. Sixteen blocks make a node, sixteen nodes make one of the level above.
-//! If few lights change, [`LightTree::update`] merges them into the sorted list and fills only the blocks that are
-//! not what they were; the tree is the one that [`LightTree::build`] would make.
+//! If few lights change, [`LightTree::update`] merges them into the sorted list and fills only the blocks that are not
+//! what they were. The tree is the one that [`LightTree::build`] would make.
 //!
 //! Order matters only to sums, whose rounding depends on it. [`search_order`] says what it is, and a search must keep
 //! it: directional lights by slot, then point lights, then spots along the curve. The curve's cells do not depend on

@@ -1,5 +1,5 @@
 //! Inputs: changes of the world from outside. They are the only way from a window, a recording or a program into a
-//! running simulation, so that a recording of the inputs is a recording of the run.
+//! running simulation. So a recording of the inputs is a recording of the run.
 //!
 //! [`Inputs::push`] queues; [`apply_queued`] applies, between steps: the first system of the step schedule does it, and
 //! a window does it in every frame, so that an edit shows while the clock stands. Nothing happens between two steps

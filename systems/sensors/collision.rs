@@ -88,8 +88,8 @@ impl Convex {
         (middle, self.corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max))
     }
 
-    /// Finds the contact with another body that is at most `margin` metres away along every axis of the test; `None`
-    /// where they do not touch.
+    /// Finds the contact with another body; `None` where they do not touch. `margin`: metres that it may be away along
+    /// every axis of the test.
     pub fn touch(&self, other: &Self, margin: f64) -> Option<Touch> {
         let across = self.edges.iter().flat_map(|own| other.edges.iter().map(|edge| own.cross(*edge)));
         let axes = self.normals.iter().chain(&other.normals).copied().chain(across);

@@ -1,11 +1,11 @@
 //! Places of entities in the world: `GlobalTransform` from `Transform` and the parents above.
 //!
-//! Results are those of `bevy_transform`'s systems for the same hierarchies, to the bit; those read several
-//! columns of all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the
-//! others it reads 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent
-//! and children are written where the scan finds them, parts of a table in parallel. Of hierarchies, `topmost` finds
-//! the changed nodes that have no changed node above, and `propagate` goes down from these. What is below an entity
-//! without `Transform`, or in a ring of parents, keeps its place.
+//! Results are those of `bevy_transform`'s systems for the same hierarchies, to the bit. Those read several columns of
+//! all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the others it
+//! reads 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent and
+//! children are written where the scan finds them, parts of a table in parallel. Of hierarchies, `topmost` finds the
+//! changed nodes that have no changed node above, and `propagate` goes down from these. What is below an entity without
+//! `Transform`, or in a ring of parents, keeps its place.
 //!
 //! An [`Interpolated`] entity is placed between its last two transforms; where the window draws frames between steps,
 //! those that moved in the last step are placed anew in each.

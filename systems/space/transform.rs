@@ -1,8 +1,8 @@
 //! Place of an entity: [`Transform`] among its siblings, [`GlobalTransform`] in the world.
 //!
 //! Both follow `bevy_transform`'s components of these names, with two differences that matter to systems of a frame.
-//! Each column has a summary tick, so that a table in which nothing moved is passed over in one comparison, however
-//! many rows it has. And a place in the world takes 48 bytes, not 64. `propagation.rs` derives the one from the other.
+//! Each column has a summary tick: a table in which nothing moved is passed over in one comparison, whatever its size.
+//! And a place in the world takes 48 bytes, not 64. `propagation.rs` derives the one from the other.
 
 use bevy_ecs::prelude::*;
 use glam::{Affine3, Affine3A, Mat3, Mat4, Quat, Vec3};

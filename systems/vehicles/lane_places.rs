@@ -14,8 +14,8 @@ const NEAR: f64 = 1e-9;
 
 impl Routes {
     /// Finds the lane of a point that looks some way. It is the nearest of the route that it is `on`, or else the
-    /// nearest of all routes whose centre lines are within `reach` metres and no more than 3 m higher or lower. Of
-    /// these, one that goes its way comes before those that go against it. `None`: there is no lane near.
+    /// nearest of all routes near by. Their centre lines are within `reach` metres and no more than 3 m higher or
+    /// lower. Of these, one that goes its way comes before those that go against it. `None`: there is no lane near.
     ///
     /// Beyond its end a route goes on straight, for what is on it; for others it ends there.
     pub fn lane_at(&self, on: Option<&OnRoute>, point: DVec3, forward: DVec3, reach: f64) -> Option<LaneReading> {

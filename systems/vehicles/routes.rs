@@ -75,9 +75,9 @@ pub struct Stop {
     pub at: f32,
     /// Reason for which vehicles wait.
     pub wait: Wait,
-    /// Length of a signal's crossing beyond the line, metres, in which none should stand; it ends with the route after
-    /// this one at the latest. One that would have to stand in it, or would meet one there that came by another group
-    /// of the signal, waits before the line.
+    /// Length of a signal's crossing beyond the line, metres, in which none should stand. It ends with the route after
+    /// this one at the latest. A vehicle waits before the line if it would have to stand in it. So does one that would
+    /// meet another there that came by another group of the signal.
     pub clear: f32,
 }
 

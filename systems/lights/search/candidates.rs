@@ -79,8 +79,9 @@ pub(crate) fn cone_meets<S: Simd>(
     cone_meets_box(simd, to_box, half, splat(simd, volume.radius), axis, tan)
 }
 
-/// Lanes whose cone meets its box, given from the apex to the centre, grown by a radius. It is the score's own test for
-/// the point of the box that is furthest along the axis and the one that is nearest to it, with room for rounding.
+/// Lanes whose cone meets its box, given from the apex to the centre, grown by a radius. It is the score's own test,
+/// with room for rounding. It tests the point of the box that is furthest along the axis and the one that is nearest to
+/// it.
 #[inline(always)]
 fn cone_meets_box<S: Simd>(
     simd: S,

@@ -8,7 +8,7 @@
 //! lights, it finds their thresholds in between, and lists what weighs something.
 //!
 //! If only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too
-//! far away in the order, and what is left alone goes through its packet's list by itself (`alone.rs`).
+//! far away in the order. An object that is left alone goes through its packet's list by itself (`alone.rs`).
 //!
 //! The result equals [`crate::lights::brute_force`] bit for bit on every instruction set: lights are added up in
 //! [`crate::lights::search_order`], nothing is fused or approximated, and each object's result depends on nothing
@@ -374,7 +374,6 @@ struct Listed<'a, S: Simd> {
     shares: Shares<S>,
     /// Weights of the three, as if there were no others.
     least: [Floats<S>; 3],
-    /// Weights of the three.
     weights: [Floats<S>; 3],
     /// Sum of what is left out of the scores.
     dropped: Floats<S>,
