@@ -74,7 +74,7 @@ fn strike_off(mut world: DeferredWorld, context: HookContext) {
 }
 
 impl Lamp {
-    /// Tells if its light is on, and its intensity then.
+    /// State of its light: on or off, and its intensity.
     pub fn light(&self, switches: Switches) -> (bool, f32) {
         let level = switches.level(self.kind);
         (level > 0.0, self.intensity * level)
