@@ -1,5 +1,5 @@
-//! What a world needs before its first entity: resources, hooks and required components, feature by feature. For worlds
-//! that [`Simulation::new`](crate::Simulation::new), which uses these, does not make.
+//! Setup of a world before its first entity: resources, hooks and required components, feature by feature. It serves
+//! worlds that [`Simulation::new`](crate::Simulation::new), which uses it too, does not make.
 //!
 //! ```
 //! use bevy_ecs::prelude::*;

@@ -25,11 +25,11 @@ pub enum StepSet {
     Inputs,
     /// The places before the step are kept for interpolation, and the clock goes on.
     Begin,
-    /// What moves by itself.
+    /// Objects that move by themselves.
     Motion,
     /// Traffic lights, vehicles and their physics.
     Drive,
-    /// What follows from where vehicles are: their parts and lamps.
+    /// Parts and lamps of vehicles, which follow from the vehicles' places.
     Follow,
 }
 
@@ -114,9 +114,9 @@ fn with_vehicles(mut schedule: Schedule) -> Schedule {
 /// The parts of a frame's CPU half, in order.
 #[derive(SystemSet, Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum FrameSet {
-    /// What was dirty is no longer.
+    /// Dirty marks of the last frame are cleared.
     Begin,
-    /// Where everything is, and what is hidden. What only pictures need is posed before: after [`FrameSet::Begin`].
+    /// Places in the world, and inherited hiding. Poses that only pictures need come before: after [`FrameSet::Begin`].
     Transforms,
     /// Tangents, levels of detail, and materials in texture arrays.
     Assets,

@@ -26,9 +26,9 @@ pub struct Simulation {
     /// [`Clock`](crate::ecs::clock::Clock), [`LightPolicies`](crate::lights::LightPolicies), [`DrawList`],
     /// [`FrameStats`](crate::ecs::stats::FrameStats).
     pub world: World,
-    /// What happens in a step; systems of your own are added here, by [`StepSet`](crate::StepSet).
+    /// Systems of a step; systems of your own are added here, by [`StepSet`](crate::StepSet).
     pub step_schedule: Schedule,
-    /// What happens for a frame; systems of your own are added here, by [`FrameSet`](crate::FrameSet).
+    /// Systems of a frame; systems of your own are added here, by [`FrameSet`](crate::FrameSet).
     pub frame_schedule: Schedule,
 }
 
@@ -68,13 +68,13 @@ impl Simulation {
         FrameData::of_world(&mut self.world, read)
     }
 
-    /// What the last frame drew.
+    /// Draw list of the last frame.
     pub fn draw_list(&self) -> &DrawList {
         self.world.resource()
     }
 
-    /// What the objects of the draw list are drawn with, by slot: of the world as it is now, which is to be as the last
-    /// frame left it.
+    /// Instance records of the draw list, by slot. They are made from the world as it is now, which has to be as the
+    /// last frame left it.
     pub fn instance_records(&self) -> InstanceRecords<'_> {
         InstanceRecords::new(&self.world, &self.draw_list().instances)
     }

@@ -1,22 +1,21 @@
-//! Images whose alpha hides colour: what their clear texels hold, and what a mask leaves from afar.
+//! Alpha of images that hides colour: the colour of clear texels, and the coverage of masks seen from afar.
 //!
 //! Colour is filtered apart from alpha, by the sampler and in mip levels, so the colour of a texel that is not seen
 //! shows beside those that are. Painting programs leave black there. Here such texels take the colour of what is beside
 //! them, and levels weigh colour by alpha.
 //!
-//! What a mask leaves changes with the level too: averages of few clear and many covered texels pass the cut-off, or
-//! none do. So alpha is scaled level by level until the part that passes is the finest level's (Castano, "Computing
-//! Alpha Mipmaps", 2010). And a mask is stored so that the edge between a texel that is seen and one that is not lies
-//! halfway, whatever the cut-off: alpha is stretched linearly on both sides of the cut-off until both ends are equally
-//! far from it.
+//! Coverage changes with the level too: averages of few clear and many covered texels pass the cut-off, or none do. So
+//! alpha is scaled level by level until the part that passes is the finest level's (Castano, "Computing Alpha Mipmaps",
+//! 2010). And a mask is stored so that the edge between a texel that is seen and one that is not lies halfway, whatever
+//! the cut-off: alpha is stretched linearly on both sides of the cut-off until both ends are equally far from it.
 
 use super::image::{Store, level_size};
 use glam::Vec4;
 
-/// How far from the cut-off alpha is at the least stretched to: enough steps of 1/255 for a smooth edge.
+/// Least distance from the cut-off that alpha is stretched to: enough steps of 1/255 for a smooth edge.
 const LEAST_REACH: f32 = 16.0 / 255.0;
 
-/// Whether nothing is hidden at all.
+/// Tells if all texels have full alpha.
 pub fn is_opaque<S: Store>(_: &S, level: &[u8]) -> bool {
     level.chunks_exact(S::BYTES).all(|texel| S::alpha(texel) >= 1.0)
 }
@@ -25,8 +24,8 @@ pub fn is_opaque<S: Store>(_: &S, level: &[u8]) -> bool {
 /// has, of those at the opposite one. Else that of the texel which they are part of in the next level. `levels`: all of
 /// them, their colour weighted by alpha.
 ///
-/// Which sampler reads the image is not known here. One that repeats mixes texels of opposite edges, one that clamps or
-/// mirrors mixes an edge with what is within: so what is within comes first, and suits all of them.
+/// The sampler that reads the image is not known here. One that repeats mixes texels of opposite edges, one that clamps
+/// or mirrors mixes an edge with its inner neighbours. So inner neighbours come first, which suits all of them.
 pub fn color_what_is_clear<S: Store>(store: &S, levels: &mut [Vec<u8>], (width, height): (u32, u32)) {
     for level in (0..levels.len()).rev() {
         let (finer, coarser) = levels.split_at_mut(level + 1);
@@ -200,7 +199,7 @@ mod tests {
         assert_eq!(both.levels[0].as_chunks::<4>().0[15], [0, 255, 0, 0]);
     }
 
-    /// What covers little is gone from afar where nothing is nearer to the truth than the least that could be shown.
+    /// Sparse coverage vanishes from afar, where nothing is nearer to the truth than the least that could be shown.
     #[test]
     fn a_sparse_mask_ends_where_a_texel_would_show_more_than_twice_as_much() {
         let mask = ImageKind::Masked { least: 128 };

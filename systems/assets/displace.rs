@@ -75,7 +75,7 @@ impl HeightMap {
     }
 }
 
-/// How a mesh is displaced. The fields are those of a [`crate::assets::Material`].
+/// Displacement of a mesh by a height map. The fields are those of a [`crate::assets::Material`].
 #[derive(Clone, Copy, Debug)]
 pub struct Displacement<'a> {
     /// Read at the mesh's first UV set.
@@ -114,7 +114,7 @@ pub fn displace(mesh: &Mesh, by: &Displacement) -> Mesh {
     bumped
 }
 
-/// Which vertices of a mesh lie at the same place.
+/// Vertices of a mesh grouped by position.
 struct Places {
     of_vertices: Vec<usize>,
     count: usize,
@@ -131,7 +131,7 @@ impl Places {
         Self { of_vertices, count: known.len() }
     }
 
-    /// Of each place, from the triangles around it.
+    /// Length of a UV unit at each place, metres, from the triangles around it.
     fn metres_per_uv(&self, mesh: &Mesh) -> Vec<f32> {
         let mut areas = vec![Vec2::ZERO; self.count];
         if mesh.uvs[0].is_empty() {

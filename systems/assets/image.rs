@@ -27,7 +27,7 @@ impl ImageId {
     pub const NO_OFFSET: Self = Self::from_slot(4);
 }
 
-/// What the texels mean, which decides how they are filtered and decoded.
+/// Meaning of the texels, which decides how they are filtered and decoded.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum ImageKind {
     /// sRGB-encoded colour; linear alpha, which is a value by itself and hides nothing.
@@ -49,7 +49,7 @@ pub enum ImageKind {
 }
 
 impl ImageKind {
-    /// Whether it is colour, which eight bits hold sRGB-encoded.
+    /// Tells if texels are colour, which eight bits hold sRGB-encoded.
     pub fn is_color(self) -> bool {
         matches!(self, Self::Color | Self::Blended | Self::Masked { .. })
     }
@@ -62,7 +62,7 @@ impl ImageKind {
     }
 }
 
-/// How texels are stored.
+/// Storage format of texels.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Texels {
     /// Four bytes per texel.
@@ -106,9 +106,9 @@ pub struct Image {
     pub width: u32,
     /// Texels.
     pub height: u32,
-    /// What the texels mean.
+    /// Meaning of the texels.
     pub kind: ImageKind,
-    /// How they are stored.
+    /// Storage format.
     pub texels: Texels,
     /// Level 0 is the image itself, the last is 1×1. None once a renderer has taken the texels
     /// ([`crate::assets::Library::keep_texels`]).
@@ -224,7 +224,7 @@ impl Image {
     }
 }
 
-/// How a texel is stored; a type rather than a value, so that the filter's inner loop has no branch.
+/// Codec of a texel; a type rather than a value, so that the filter's inner loop has no branch.
 pub(crate) trait Store {
     const BYTES: usize;
     fn decode(&self, bytes: &[u8]) -> Vec4;
@@ -345,8 +345,8 @@ fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32
 /// The exponent of the lobe (n·h)^s whose peak a level keeps, see [`spread`]: that of usual highlights.
 const KEPT_LOBE: f32 = 64.0;
 
-/// How far the normals spread of texels of a normal map that a smaller level shows as one, given with their weights, 0 to
-/// 1: the sine of the angle by which normals would lean from theirs in all directions alike to widen a highlight as much.
+/// Spread of the normals that a smaller level merges into one texel, given with their weights, 0 to 1. It is the sine
+/// of the angle by which normals would lean in all directions alike to widen a highlight as much.
 ///
 /// Normals that lie about theirs as a bell curve widen by the variance of their slopes (Olano, Baker: "LEAN Mapping",
 /// 2010; the sum of both axes). Most surfaces have flat tops and steep joints instead. Their highlight is less wide: a
@@ -376,7 +376,7 @@ fn slope_variance(spread: f32) -> f32 {
 /// Normals along the surface have slopes without end.
 const MOST_VARIANCE: f32 = 50.0;
 
-/// What the box filter weighs texels by.
+/// Weights of texels in the box filter.
 const EVENLY: u8 = 0;
 const BY_ALPHA: u8 = 1;
 const AS_NORMALS: u8 = 2;

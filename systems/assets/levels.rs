@@ -32,17 +32,17 @@ const WORTHWHILE: f64 = 0.8;
 /// Levels further from the mesh than this, as a part of its longest side, are of no use.
 const MOST_ERROR: f32 = 0.25;
 
-/// What simplifying says of an error is a mean over the planes around a vertex. On round shapes the farthest point of a
-/// level was measured up to 1.4 times as far.
+/// Farthest error over the mean error around a vertex, which is the one that the simplifier reports. On round shapes
+/// the farthest point of a level was measured up to 1.4 times as far.
 const FARTHEST: f32 = 1.5;
 
-/// What a difference of normals weighs: one of 1 over a patch is as bad as a distance of half the patch's length.
+/// Weight of a difference of normals: one of 1 over a patch is as bad as a distance of half the patch's length.
 const NORMAL_WEIGHT: f32 = 0.5;
 
 /// The same for colours.
 const COLOR_WEIGHT: f32 = 0.5;
 
-/// How levels are chosen.
+/// Settings of the choice of levels.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LevelOfDetail {
     /// Off: every mesh as it is.
@@ -105,12 +105,12 @@ pub fn update_levels(mut library: ResMut<Library>, mut seen: Local<u64>) {
 }
 
 impl MeshEntry {
-    /// Whether tangents and levels are there.
+    /// Tells if tangents and levels are there.
     pub fn is_finished(&self) -> bool {
         self.tangents_ready && !self.levels.is_empty()
     }
 
-    /// Makes what is missing of tangents and levels, where it is not to be left to the systems.
+    /// Makes missing tangents and levels, where that is not to be left to the systems.
     pub fn finish(&mut self) {
         if !self.tangents_ready {
             self.make_tangents();
@@ -150,13 +150,13 @@ pub fn simplify(mesh: &Mesh) -> (Vec<Level>, Vec<u32>) {
     (levels, indices)
 }
 
-/// What simplifying reads of a mesh, made once for all levels.
+/// Input of the simplifier, made once for all levels of a mesh.
 struct Simplifier<'a> {
     vertices: VertexDataAdapter<'a>,
-    /// As many per vertex as there are weights.
+    /// Numbers of the vertices, one per weight and vertex.
     attributes: Vec<f32>,
     weights: Vec<f32>,
-    /// Which vertices may not be moved across a seam.
+    /// Vertices that may not be moved across a seam.
     locks: Vec<SimplifyVertex>,
     /// Metres.
     most_error: f32,
@@ -232,7 +232,7 @@ fn protected(mesh: &Mesh) -> Vec<SimplifyVertex> {
     flags
 }
 
-/// What is to look the same, vertex by vertex, and how much each of the numbers weighs.
+/// Vertex attributes that simplification preserves, and the weight of each number.
 fn attributes(mesh: &Mesh, scale: f32) -> (Vec<f32>, Vec<f32>) {
     let (count, uvs) = (mesh.positions.len(), mesh.tangent_uvs());
     let has_uvs = uvs.len() == count && uvs.iter().all(|uv| uv.is_finite());
@@ -259,7 +259,7 @@ fn attributes(mesh: &Mesh, scale: f32) -> (Vec<f32>, Vec<f32>) {
     (attributes, weights)
 }
 
-/// How long a unit of the texture coordinates is on the surface, on average: it says how far a texture slides.
+/// Mean length of a UV unit on the surface, metres: converts a texture's slide to a distance.
 fn metres_per_uv(mesh: &Mesh, uvs: &[Vec2]) -> f32 {
     let (mut area, mut uv_area) = (0.0, 0.0);
     for triangle in mesh.indices.as_chunks::<3>().0 {

@@ -1,4 +1,4 @@
-//! What many entities share: meshes, materials and images on the CPU, each behind a small copyable id.
+//! Assets shared by many entities: meshes, materials and images on the CPU, each behind a small copyable id.
 //!
 //! Items are added, replaced and removed at any time; an id names one item as long as it is there, and nothing
 //! afterwards ([`slots`](super::slots)). Two of the ids are components: an entity with a [`MeshId`] is drawn, with its
@@ -19,8 +19,8 @@ use glam::Vec4;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// All meshes, materials and images of a world, which keeps its library: that another one was put in the place of the
-/// resource would not be noticed.
+/// All meshes, materials and images of a world. A world keeps its library: another one put in the place of the resource
+/// would go unnoticed.
 ///
 /// A clone has the same ids for the same items and shares them: what either changes is copied first. So worlds of one
 /// scene hold its meshes and images once.
@@ -31,13 +31,13 @@ pub struct Library {
     images: Slots<ImageId, Image>,
     /// Meshes that were cut, and their pieces.
     pieces: HashMap<(MeshId, Grid), Vec<MeshId>>,
-    /// Whether images lose their texels when a renderer has them.
+    /// Set if images lose their texels once a renderer has them.
     drops_texels: bool,
     contents: Contents,
 }
 
-/// Which meshes and images a library has: as long as those of a library and its clones are not changed these are equal,
-/// and they are no other's. Materials do not count: each world has records of its own of them.
+/// Identity of a library's meshes and images. It is equal for a library and its clones until one of them changes, and
+/// differs from all others. Materials do not count: each world has records of its own of them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Contents(u64);
 
@@ -49,18 +49,18 @@ impl Contents {
     }
 }
 
-/// How often meshes, materials and images were added, changed or removed.
+/// Change counters of meshes, materials and images: additions, edits and removals.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Revisions {
-    /// Of meshes.
+    /// Changes of meshes.
     pub meshes: u64,
-    /// Of materials.
+    /// Changes of materials.
     pub materials: u64,
-    /// Of images.
+    /// Changes of images.
     pub images: u64,
 }
 
-/// What a library takes on the CPU.
+/// CPU memory of a library, bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct LibraryBytes {
     /// Vertices and indices.
@@ -206,12 +206,12 @@ impl Library {
         if is_stand_in(id) { None } else { self.images.remove(id) }
     }
 
-    /// How many meshes, materials and images there are.
+    /// Numbers of meshes, materials and images.
     pub fn sizes(&self) -> [usize; 3] {
         [self.meshes.len(), self.materials.len(), self.images.len()]
     }
 
-    /// What it takes on the CPU.
+    /// CPU memory of its meshes and images.
     pub fn bytes(&self) -> LibraryBytes {
         let texels = |image: &Image| image.levels.iter().map(|level| level.len() as u64).sum::<u64>();
         LibraryBytes {
@@ -291,12 +291,12 @@ impl Library {
         self.images.iter_mut(|image| !image.levels.is_empty())
     }
 
-    /// What is in a slot ([`MeshId::slot`]) now.
+    /// The mesh in a slot ([`MeshId::slot`]) now, with its id.
     pub fn mesh_in_slot(&self, slot: u32) -> Option<(MeshId, &MeshEntry)> {
         self.meshes.in_slot(slot)
     }
 
-    /// What is in a slot ([`MaterialId::slot`]) now.
+    /// The material in a slot ([`MaterialId::slot`]) now, with its id.
     pub fn material_in_slot(&self, slot: u32) -> Option<(MaterialId, &Material)> {
         self.materials.in_slot(slot)
     }
@@ -326,12 +326,12 @@ impl Library {
         self.meshes.edited()
     }
 
-    /// How often a mesh was replaced; `None` where there is none.
+    /// Times that a mesh was replaced; `None` where there is none.
     pub fn mesh_edits(&self, id: MeshId) -> Option<u32> {
         self.meshes.edits_of(id)
     }
 
-    /// Whether images keep their texels when a renderer has them; they do unless told otherwise. Where they do not,
+    /// Makes images keep or drop their texels once a renderer has them; they are kept unless told otherwise. Dropped,
     /// textures are held once instead of twice, and no second renderer can draw them.
     pub fn keep_texels(&mut self, keep: bool) {
         self.drops_texels = !keep;
@@ -347,7 +347,7 @@ impl Library {
         }
     }
 
-    /// Whether an image's texels have been taken by a renderer.
+    /// Tells if an image's texels have been taken by a renderer.
     pub fn lacks_texels(&self) -> bool {
         self.images.iter().any(|(_, image)| image.levels.is_empty())
     }

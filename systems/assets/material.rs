@@ -24,7 +24,7 @@ impl Default for MaterialId {
     }
 }
 
-/// How a texture coordinate outside 0..1 is read.
+/// Reading of a texture coordinate outside 0..1.
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
@@ -37,7 +37,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// How texels are filtered.
+/// Filtering of texels within a mip level.
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Filter {
@@ -48,7 +48,7 @@ pub enum Filter {
     Linear,
 }
 
-/// How mip levels are chosen.
+/// Choice of mip levels.
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum MipFilter {
@@ -61,16 +61,16 @@ pub enum MipFilter {
     Linear,
 }
 
-/// How a map is sampled; the default repeats with trilinear filtering.
+/// Sampling of a map; the default repeats with trilinear filtering.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Sampler {
     /// Along u.
     pub wrap_u: Wrap,
     /// Along v.
     pub wrap_v: Wrap,
-    /// Where a texel covers more than a pixel.
+    /// Magnification: a texel covers more than a pixel.
     pub mag: Filter,
-    /// Where a pixel covers more than a texel.
+    /// Minification: a pixel covers more than a texel.
     pub min: Filter,
     /// Between mip levels.
     pub mip: MipFilter,
@@ -97,7 +97,7 @@ impl Map {
         Self { image, sampler: Sampler::default(), uv_set: 0, image_from_mesh_uv: Affine2::IDENTITY }
     }
 
-    /// Whether it is read elsewhere than at the first UV set as it is.
+    /// Tells if it is read elsewhere than at the first UV set as it is.
     pub fn is_transformed(&self) -> bool {
         self.uv_set != 0 || self.image_from_mesh_uv != Affine2::IDENTITY
     }
@@ -141,7 +141,7 @@ pub enum Shading {
     /// Diffuse plus Phong's reflected vector: base, specular map and shininess.
     #[default]
     Phong,
-    /// As `Phong`, with Blinn's half vector.
+    /// `Phong` with Blinn's half vector.
     Blinn,
     /// glTF 2.0 metallic-roughness, GGX.
     MetallicRoughness,
@@ -151,7 +151,7 @@ pub enum Shading {
     Unlit,
 }
 
-/// What base alpha means.
+/// Meaning of base alpha.
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
@@ -230,7 +230,8 @@ pub struct Material {
     pub offset_map: Option<Map>,
     /// From (du, dv) to a shift in the environment's disc, whose radius is 1.
     pub offset_matrix: Mat2,
-    /// What `PerturbedUv` mirrors, around the whole horizon: sRGB colour, twice as wide as high. Without: the sky.
+    /// Panorama that `PerturbedUv` mirrors, around the whole horizon: sRGB colour, twice as wide as high. `None`: the
+    /// sky.
     pub environment_map: Option<Map>,
 }
 
@@ -272,7 +273,7 @@ impl Default for Material {
     }
 }
 
-/// What a surface reflects where nothing is said: a quarter in the classic models; in glTF's the factors are white.
+/// Default specular colour of a shading model: a quarter in the classic models; in glTF's the factors are white.
 pub fn default_specular(shading: Shading) -> Vec3 {
     match shading {
         Shading::Phong | Shading::Blinn | Shading::Unlit => Vec3::splat(0.25),

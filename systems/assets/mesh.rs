@@ -29,7 +29,7 @@ pub struct Mesh {
     /// Two sets of texture coordinates, origin at the top left. The first may be empty (no UVs at all), the second
     /// empty (the same as the first).
     pub uvs: [Vec<Vec2>; 2],
-    /// Which UV set computed tangents follow: the one that the normal map is placed by. 0 or 1.
+    /// Index of the UV set that computed tangents follow, which is that of the normal map: 0 or 1.
     pub tangent_uv_set: usize,
     /// Linear RGBA, multiplied with the base colour. Empty: white.
     pub colors: Vec<Vec4>,
@@ -59,9 +59,9 @@ impl Mesh {
 #[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Level {
-    /// Where its indices start in the mesh's indices followed by [`MeshEntry::level_indices`].
+    /// First of its indices, counted in the mesh's indices followed by [`MeshEntry::level_indices`].
     pub first_index: u32,
-    /// How many indices it has.
+    /// Number of indices.
     pub index_count: u32,
     /// Metres in object space: how far the level seems to be from the mesh. Distances of surfaces, and what normals and
     /// texture coordinates differ by in the terms of such. 0 for the mesh itself; never less than the level before.
@@ -103,7 +103,7 @@ impl MeshEntry {
         Self { mesh, bounds, aabb, tangents_ready: false, levels, level_indices: Vec::new(), without_levels }
     }
 
-    /// What it takes on the CPU.
+    /// CPU memory, bytes.
     pub fn bytes(&self) -> u64 {
         let Mesh { positions, normals, tangents, uvs: [first, second], colors, indices, .. } = &self.mesh;
         let bytes = size_of_val(&positions[..])
@@ -124,6 +124,6 @@ impl MeshEntry {
 pub struct MeshVariants {
     /// The meshes, in order; the entity starts with the first.
     pub meshes: Vec<MeshId>,
-    /// Which one is shown.
+    /// Index of the mesh that is shown.
     pub shown: usize,
 }

@@ -1,4 +1,4 @@
-//! What many entities share: meshes, materials and images.
+//! Assets shared by many entities: meshes, materials and images.
 //!
 //! The [`Library`] holds them, each behind a small id ([`slots`]). A [`MeshId`] and a [`MaterialId`] are components:
 //! what is drawn has both. A [`Mesh`] comes from a file or from [`shapes`], may be displaced ([`displace`]) or cut

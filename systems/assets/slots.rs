@@ -4,7 +4,7 @@
 //! that was removed has another generation, so an id of the removed one names nothing. The lowest free slot is taken
 //! first: slots stay few, and the same edits give the same ids. After 256 items a slot is not used again.
 //!
-//! What follows the items keeps the number of the last change that it has seen (a revision), and asks for the slots
+//! A follower of the items keeps the number of the last change that it has seen (a revision). It asks for the slots
 //! that changed since. Any number of systems and renderers can do so; where nothing changed, that is one comparison.
 //!
 //! A clone shares its items with what it was cloned from. One that is changed in either is copied first.
@@ -61,7 +61,7 @@ macro_rules! slot_id {
                 $crate::assets::slots::slot_of(self.0)
             }
 
-            /// How many items of its slot came before it.
+            /// Number of items that its slot had before.
             pub const fn generation(self) -> u8 {
                 $crate::assets::slots::generation_of(self.0)
             }
@@ -88,7 +88,7 @@ struct Slot<T> {
     added: u64,
     /// The revision of its last change.
     changed: u64,
-    /// How often the item was edited.
+    /// Number of edits of the item.
     edits: u32,
 }
 
@@ -198,7 +198,7 @@ impl<I: SlotId, T: Clone> Slots<I, T> {
         self.find_mut(id)?.item.as_mut().map(Arc::make_mut)
     }
 
-    /// What is in a slot now.
+    /// The item in a slot now, with its id.
     pub fn in_slot(&self, slot: u32) -> Option<(I, &T)> {
         let found = self.slots.get(slot as usize)?;
         Some((I::from_bits(id_bits(slot, found.generation)), found.item.as_deref()?))
@@ -219,7 +219,7 @@ impl<I: SlotId, T: Clone> Slots<I, T> {
         })
     }
 
-    /// How many items there are.
+    /// Number of items.
     pub fn len(&self) -> usize {
         self.used
     }
@@ -239,7 +239,7 @@ impl<I: SlotId, T: Clone> Slots<I, T> {
         self.find(id).map(|slot| slot.changed)
     }
 
-    /// How often an item was edited.
+    /// Number of edits of an item.
     pub fn edits_of(&self, id: I) -> Option<u32> {
         self.find(id).map(|slot| slot.edits)
     }
@@ -288,7 +288,7 @@ mod tests {
         Read(usize),
     }
 
-    /// What it has seen, and the items by slot as it knows them.
+    /// Revision that was seen last, and the items by slot at that time.
     type Reader = (u64, BTreeMap<u32, (Id, u32)>);
 
     fn edit() -> impl Strategy<Value = Edit> {

@@ -24,7 +24,7 @@ const MOST_TRIANGLES: f64 = 1e6;
 /// By so much of its length a cell may be too long, so that 12 m in cells of 3 m are four in spite of rounding.
 const SLACK: f64 = 1e-4;
 
-/// How a mesh's box is divided: evenly, into this many cells along each axis.
+/// Division of a mesh's box: evenly, into this many cells along each axis.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Grid {
     /// Cells along x, y and z; at least 1.
@@ -35,8 +35,8 @@ impl Grid {
     /// The fewest cells that are at most this long (object space). A length that is not above 0, or infinite, divides
     /// nothing along its axis.
     ///
-    /// Where that would be more than [`MOST_PIECES`], or far more triangles than the mesh has, cells are longer; see
-    /// [`Grid::cell`].
+    /// Cells are longer than asked where they would be more than [`MOST_PIECES`], or give far more triangles than the
+    /// mesh has; see [`Grid::cell`].
     pub fn new(mesh: &Mesh, longest: Vec3) -> Self {
         let whole = Self { counts: UVec3::ONE };
         let Aabb { min, max } = mesh.aabb();
@@ -56,7 +56,7 @@ impl Grid {
         }
     }
 
-    /// Whether there is only one cell.
+    /// Tells if there is only one cell.
     pub fn is_whole(self) -> bool {
         self.counts == UVec3::ONE
     }
@@ -66,7 +66,7 @@ impl Grid {
         extent / self.counts.as_vec3()
     }
 
-    /// Where the planes between the cells are along an axis, ascending.
+    /// Places of the planes between the cells along an axis, object space, ascending.
     fn planes(self, aabb: Aabb, axis: usize) -> Vec<f32> {
         let (min, max) = (f64::from(aabb.min[axis]), f64::from(aabb.max[axis]));
         let count = self.counts[axis];
@@ -74,7 +74,7 @@ impl Grid {
     }
 }
 
-/// Whether cutting makes a sensible number of pieces and triangles. The mesh's triangles say how many: a flat one meets
+/// Tells if cutting makes a sensible number of pieces and triangles, judged by the mesh's triangles. A flat one meets
 /// about as many cells as its three shadows, on the sides of a cell, have area, and one more for each plane that its
 /// box spans.
 fn is_bounded(mesh: &Mesh, cell: DVec3, counts: DVec3) -> bool {
@@ -122,7 +122,7 @@ pub fn split(mesh: &Mesh, grid: Grid) -> Vec<Mesh> {
 struct Polygons {
     /// Vertices.
     corners: Vec<u32>,
-    /// Where each polygon ends.
+    /// End of each polygon in `corners`.
     ends: Vec<usize>,
 }
 

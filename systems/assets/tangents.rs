@@ -19,7 +19,7 @@ use std::collections::HashMap;
 /// linear stack in the number of triangles around a point.
 const MAX_CORNERS_AT_A_POINT: u32 = 1024;
 
-/// Where the tangents of a mesh come from.
+/// Origin of a mesh's tangents.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct TangentReport {
     /// The mesh brought them.
@@ -115,7 +115,7 @@ fn mend_normals(mesh: &mut Mesh) {
     }
 }
 
-/// Whether a frame can be made of the two: finite, neither zero nor parallel, a sign.
+/// Tells if a tangent and a normal make a frame: finite, neither zero nor parallel, with a sign.
 fn is_usable(tangent: Vec4, normal: Vec3) -> bool {
     let across = normal.normalize_or_zero().cross(tangent.truncate());
     tangent.is_finite() && tangent.w != 0.0 && across.length_squared() > 1e-6
@@ -183,7 +183,7 @@ pub(crate) fn bits(v: Vec3) -> [u32; 3] {
     (v + 0.0).to_array().map(f32::to_bits)
 }
 
-/// What MikkTSpace sees of a mesh.
+/// View of a mesh for MikkTSpace.
 struct SoundTriangles<'a> {
     mesh: &'a Mesh,
     sound: &'a [usize],

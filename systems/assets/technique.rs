@@ -76,7 +76,7 @@ impl Technique {
         }
     }
 
-    /// Whether it displaces the depth that is written.
+    /// Tells if it displaces the depth that is written.
     pub fn writes_depth(self) -> bool {
         matches!(self, Self::ZCorrectParallax | Self::ZCorrect | Self::Combined)
     }

@@ -1,7 +1,7 @@
-//! What images take on the GPU, and how that is kept within a bound.
+//! GPU memory of images, and how it is kept within a bound.
 //!
-//! Where it is too much, the largest images lose their finest mip level until the rest fits. What is drawn then is what
-//! would be drawn from further away: softer, and nothing else.
+//! Over the bound, the largest images lose their finest mip level until the rest fits. A reduced image looks as it
+//! would from further away: softer, and nothing else.
 
 use super::image::{Image, ImageId};
 use super::library::Library;
@@ -10,7 +10,7 @@ use std::collections::{BinaryHeap, HashMap};
 /// Megabytes that images may take unless something else is said: what a graphics card with 4 GB has to spare.
 pub const DEFAULT_MEGABYTES: u64 = 2048;
 
-/// What images take, with all their levels.
+/// GPU memory of images, with all their levels.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct TextureMemory {
     /// Images.
@@ -21,7 +21,7 @@ pub struct TextureMemory {
     pub bytes: u64,
 }
 
-/// What the images of a library take.
+/// GPU memory of the images of a library.
 pub fn used(library: &Library) -> TextureMemory {
     let add = |sum: TextureMemory, (_, image): (ImageId, &Image)| TextureMemory {
         images: sum.images + 1,
@@ -34,7 +34,7 @@ pub fn used(library: &Library) -> TextureMemory {
 /// An image that is drawn smaller than it is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Reduced {
-    /// Which.
+    /// The image.
     pub image: ImageId,
     /// Its size in texels before.
     pub from: (u32, u32),

@@ -20,7 +20,7 @@ pub struct Cell {
     aabb: Aabb,
 }
 
-/// Why a mesh is no cell.
+/// Reason for which a mesh is no cell.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum CellError {
     /// A corner lies beyond a triangle's plane.
@@ -116,7 +116,7 @@ pub struct Opening {
 pub struct Cells {
     cells: Vec<Cell>,
     openings: Vec<Opening>,
-    /// Of each opening, from the first of its cells to the second; unit.
+    /// Normal of each opening, from the first of its cells to the second; unit.
     normals: Vec<Vec3>,
     /// Openings of each cell, those of outside first.
     of_cell: Vec<Vec<u32>>,
@@ -150,7 +150,7 @@ impl Cells {
         Self { cells, openings, normals, of_cell, bounds }
     }
 
-    /// Whether there is no cell.
+    /// Tells if there is no cell.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }

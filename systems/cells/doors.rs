@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// How far a portal is open. State. Its place is in [`Cells`](super::cells::Cells).
+/// Opening of a portal, from shut to open. State. Its place is in [`Cells`](super::cells::Cells).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Portal {
     /// 0: shut, no light comes through. 1: open. From a half on, all the light comes through.
@@ -20,20 +20,20 @@ impl Default for Portal {
 }
 
 impl Portal {
-    /// Whether it is open from not at all to all the way.
+    /// Tells if its opening is within 0 to 1.
     pub(crate) fn is_sound(&self) -> bool {
         (0.0..=1.0).contains(&self.open)
     }
 }
 
-/// What moves with a portal, and how the portal moves by itself. State.
+/// Leaf that moves with a portal, and the portal's own motion. State.
 #[derive(Component, Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[require(Portal)]
 pub struct Door {
     /// Is placed by [`move_doors`], as far as the portal is open.
     #[entities]
     pub leaf: Option<Entity>,
-    /// Of the leaf, in its parent's space, when shut.
+    /// Transform of the leaf when shut, in its parent's space.
     pub shut: Transform,
     /// Radians about the parent's Y axis, through the leaf's origin, when open.
     pub swing: f32,
@@ -46,13 +46,13 @@ pub struct Door {
 }
 
 impl Door {
-    /// Whether its numbers are numbers.
+    /// Tells if its numbers are finite, and the period is not negative.
     pub(crate) fn is_sound(&self) -> bool {
         let numbers = [self.swing, self.period, self.phase];
         self.shut.is_finite() && self.slide.is_finite() && numbers.iter().all(|n| n.is_finite()) && self.period >= 0.0
     }
 
-    /// How far a door that moves by itself is open at a time: shut for three eighths of its period, open for as long, and
+    /// Opening, 0 to 1, of a door that moves by itself: shut for three eighths of its period, open for as long, and
     /// smooth between.
     fn open_at(&self, seconds: f64) -> f32 {
         let period = f64::from(self.period);
@@ -63,7 +63,7 @@ impl Door {
         (t * t * (3.0 - 2.0 * t)) as f32
     }
 
-    /// Where the leaf is.
+    /// Transform of the leaf at an opening, in its parent's space.
     fn leaf_at(&self, open: f32) -> Transform {
         Transform {
             translation: self.shut.translation + self.slide * open,

@@ -1,4 +1,4 @@
-//! What a light or an eye may reach: windows, found by a flood through portals (Luebke, Georges: "Portals and Mirrors:
+//! Reach of a light or an eye: windows, found by a flood through portals (Luebke, Georges: "Portals and Mirrors:
 //! Simple, Fast Evaluation of Potentially Visible Sets", 1995; by planes as in Doom 3's renderer).
 //!
 //! A window is a cell and planes: through the source and each edge of the portal, as far as it is seen through the
@@ -31,7 +31,7 @@ const MOST_OF_A_CELL: usize = 32;
 /// Windows that are looked at, at most. Where there are more, each cell that can be reached is a window.
 const MOST_STEPS: usize = 4096;
 
-/// Where light comes from, or sight.
+/// Origin of a flood: a light or an eye.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Source {
     /// A place, and the metres that it reaches.
@@ -47,7 +47,7 @@ pub struct Window {
     pub cell: u32,
     /// Relative to [`Flood::anchor`]. None: all of the cell.
     pub planes: Vec<Plane>,
-    /// How much of the light comes through the portals on the way, 0 to 1.
+    /// Share of the light that comes through the portals on the way, 0 to 1.
     pub share: f32,
     /// Metres from the source to the nearest portal on the way, as far as that is seen, at least 5 cm; infinite for
     /// parallel light.
@@ -66,7 +66,7 @@ pub struct Flood {
 }
 
 impl Flood {
-    /// What a source reaches, with openings that are so far open, 0 to 1.
+    /// Floods from a source, with the opening of each portal, 0 to 1.
     pub fn new(cells: &Cells, open: &[f32], source: Source) -> Self {
         let (cell, anchor) = match source {
             Source::Point(place, _) => (cells.at(place), place),
@@ -82,7 +82,7 @@ impl Flood {
         flooding.found
     }
 
-    /// How much of the light an object gets, 0 to 1: the most through any window.
+    /// Share of the light that an object gets, 0 to 1: the most through any window.
     pub fn share(&self, object: &Occupied) -> f32 {
         let center = object.center - self.anchor;
         // To the box's farthest corner. Where a source moves, planes turn about the edges of a portal: there they move
@@ -101,20 +101,20 @@ impl Flood {
         most
     }
 
-    /// Whether it has a window in a cell.
+    /// Tells if it has a window in a cell.
     pub fn reaches(&self, cell: u32) -> bool {
         self.windows.iter().any(|window| window.cell == cell)
     }
 }
 
-/// What is known of the portals on a way.
+/// State of the portals on a way.
 #[derive(Clone, Copy)]
 struct Way {
-    /// How far they are open: the product.
+    /// Product of their openings, 0 to 1.
     open: f32,
-    /// How large the smallest is seen: a solid angle, or for parallel light an area.
+    /// Least apparent size: a solid angle, or for parallel light an area.
     size: f32,
-    /// As of a [`Window`].
+    /// Distance to the nearest portal; see [`Window::near`].
     near: f32,
 }
 
@@ -155,7 +155,7 @@ impl Flooding<'_> {
         }
     }
 
-    /// What is seen through a portal: planes, and what is known of the way then. `None`: nothing.
+    /// Planes through the visible part of a portal, and the state of the way then. `None`: nothing is visible.
     fn through(&self, polygon: &[Vec3], normal: Vec3, planes: &[Plane], way: Way) -> Option<(Vec<Plane>, Way)> {
         let ahead = normal.dot(polygon[0]);
         if let Source::Point(_, range) = self.source {
@@ -241,7 +241,7 @@ fn to_segment(a: Vec3, b: Vec3) -> f32 {
     (a + along * t).length()
 }
 
-/// Whether the origin is before a polygon, or [`NEAR`] to that.
+/// Tells if the origin is before a polygon, or [`NEAR`] to that.
 fn is_before(polygon: &[Vec3], normal: Vec3) -> bool {
     let center = middle(polygon);
     polygon.iter().enumerate().all(|(i, &a)| {

@@ -101,7 +101,7 @@ impl Solid {
         (faces.len() > 3).then_some(Self(faces))
     }
 
-    /// Of the box around it, metres.
+    /// Extent of the box around it, metres.
     pub fn extent(&self) -> Vec3 {
         let (min, max) = self.bounds();
         max - min

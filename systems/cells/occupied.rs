@@ -1,4 +1,4 @@
-//! Which cells an object is in, by its box.
+//! Cells that an object is in, by its box.
 //!
 //! A cell counts in full where half of the box is in it, and less the less is, so that what goes from room to room
 //! changes smoothly; from a few centimetres beside the box on it does not count. So does outside, which begins where the
@@ -17,7 +17,7 @@ const FULLY: f32 = 0.45;
 /// Metres: narrower gaps between cells are none.
 const GAP: f32 = 0.001;
 
-/// Which cells a box is in.
+/// Cells that a box is in.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Occupied {
     /// World space.
@@ -28,7 +28,7 @@ pub struct Occupied {
 }
 
 impl Occupied {
-    /// Where a box is; nowhere if it is not finite.
+    /// Finds the cells of a box, world space; none if it is not finite.
     pub fn new(cells: &Cells, aabb: Aabb) -> Self {
         let mut occupied = Self::default();
         occupied.set(cells, aabb);
@@ -66,19 +66,19 @@ impl Occupied {
         &self.cells
     }
 
-    /// Whether it is in no cell, and not near one.
+    /// Tells if it is in no cell, and not near one.
     pub(crate) fn is_outside(&self) -> bool {
         self.cells == [(OUTSIDE, 1.0)]
     }
 
-    /// How much it counts in a cell.
+    /// Weight of the box in a cell, above 0, at most 1.
     #[inline]
     pub(crate) fn weight(&self, cell: u32) -> Option<f32> {
         self.cells.iter().find(|(number, _)| *number == cell).map(|(_, weight)| *weight)
     }
 
-    /// Metres that the box reaches into what no cell covers; negative: that this is away from it, up to [`EDGE`].
-    /// What cells cover ends [`GAP`] beyond them.
+    /// Metres that the box reaches into the space that no cell covers; negative: away from it, up to [`EDGE`]. Covered
+    /// space ends [`GAP`] beyond the cells.
     fn reaches_outside(&self, cells: &Cells) -> f32 {
         let near: Vec<&Cell> = self.cells.iter().filter_map(|&(number, _)| cells.cell(number)).collect();
         if near.iter().any(|cell| cell.holds(self.center, self.half) >= EDGE) {
@@ -105,7 +105,7 @@ impl Occupied {
     }
 }
 
-/// How much a box counts where it reaches so many metres into, of half its extent that way.
+/// Weight of a box that reaches `into` metres into a cell; `half`: half its extent that way.
 fn weight(into: f32, half: f32) -> f32 {
     smooth_step((into + EDGE) / (half.min(FULLY) + EDGE))
 }

@@ -1,4 +1,4 @@
-//! What is doubtful of cells and portals, for people.
+//! Doubts about cells and portals, as messages for people.
 
 use super::cells::{Cell, Cells, OUTSIDE, Opening};
 use super::geometry::{Plane, Solid, area_vector, clip, middle};
@@ -24,8 +24,8 @@ const OVERLAP: f32 = 0.05;
 /// Metres: a thinner object is a sheet.
 const SHEET: f32 = 0.02;
 
-/// What is wrong with cells and the openings between them, of which each has a place: an opening's own first. Numbers
-/// of cells are those that [`Cells::new`] gives.
+/// Lists faults of cells and of the openings between them. Each names a place: an opening's own first. Numbers of cells
+/// are those that [`Cells::new`] gives.
 pub fn problems(cells: &[Cell], openings: &[Opening]) -> Vec<String> {
     let all = Cells::new(cells.to_vec(), Vec::new());
     let mut found = Vec::new();

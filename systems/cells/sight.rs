@@ -1,4 +1,4 @@
-//! What an eye may see of a world with cells, as the culling shader reads it.
+//! Sight of an eye in a world with cells, as the culling shader reads it.
 //!
 //! An object that no window shows need not be drawn. Whether doors are open does not matter here: a shut door hides what
 //! is behind it by being drawn.
@@ -36,7 +36,7 @@ impl Sight {
         Self(vec![[0.0, 0.0, 0.0, Self::WINDOW], [0.0, 0.0, 0.0, Self::END]])
     }
 
-    /// What is seen from a place, through all portals, whether they are open or not.
+    /// Sight from a place, through all portals, open or not.
     pub fn new(cells: &Cells, eye: Vec3) -> Self {
         let is_near_wall = |cell: &Cell| cell.depth(eye).abs() < NEAR_WALL;
         if !eye.is_finite() || cells.cells().iter().any(is_near_wall) {

@@ -26,7 +26,7 @@ pub fn update_batches(mut table: ResMut<InstanceTable>, mut list: ResMut<DrawLis
     list.batches_version += 1;
 }
 
-/// What became of blended objects in a frame, by slot: where they are now, or `None` where one went.
+/// Changes of blended objects in a frame, by slot: their new entry, or `None` where one went.
 pub(crate) type BlendedChanges = BTreeMap<u32, Option<Transparent>>;
 
 /// Brings the list of blended objects up to date, which is in slot order.
@@ -54,9 +54,9 @@ pub(crate) fn change_transparent(list: &mut DrawList, changes: BlendedChanges) {
 /// Blended objects that follow each other and share a draw.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct BlendedRun {
-    /// What they share.
+    /// State that its instances share.
     pub key: BatchKey,
-    /// Which of the sorted slots.
+    /// Range of the sorted slots.
     pub slots: std::ops::Range<u32>,
 }
 

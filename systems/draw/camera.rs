@@ -4,7 +4,7 @@ use super::intrinsics::Intrinsics;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 
-/// How a [`Camera`] projects. One that asks for a shape is seen whole in a target of another: more is seen to the
+/// Projection of a [`Camera`]. A shape that it asks for is seen whole in a target of another: more is seen to the
 /// sides, or above and below.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Projection {

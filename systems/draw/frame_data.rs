@@ -1,5 +1,5 @@
-//! What a renderer reads of a world for a frame, as data. Renderers need no world: programs with data of their own fill
-//! a [`DrawList`] and a table of records themselves.
+//! Frame of a world as data for renderers. Renderers need no world: programs with data of their own fill a [`DrawList`]
+//! and a table of records themselves.
 
 use super::instance_records::InstanceRecords;
 use super::list::DrawList;
@@ -15,17 +15,17 @@ use bevy_ecs::prelude::*;
 
 /// A frame of a world, for renderers.
 pub struct FrameData<'a> {
-    /// What is drawn, and what of it changed.
+    /// Drawn objects, and their changes since the frame before.
     pub list: &'a DrawList,
     /// The records of drawn objects by slot, and which of them changed.
     pub instances: &'a dyn Records<Record = InstanceRecord>,
     /// The lights of objects that have more than three.
     pub light_lists: &'a LightLists,
-    /// What casts shadows; `None`: nothing does.
+    /// Shadow casters; `None`: nothing casts a shadow.
     pub shadows: Option<ShadowScene<'a>>,
-    /// Rooms: what no window shows is not drawn. `None`, or empty: there are none.
+    /// Rooms, for culling: objects that no window shows are not drawn. `None`, or empty: there are none.
     pub cells: Option<&'a Cells>,
-    /// How far each of their openings is open, 0 to 1, in their order. What is missing is open.
+    /// Opening of each portal of the cells, 0 to 1, in their order. Missing ones are open.
     pub open_portals: &'a [f32],
     /// Meshes and images of the list. A renderer releases the texels that it has uploaded
     /// ([`Library::release_texels`]).

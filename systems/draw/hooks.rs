@@ -1,7 +1,7 @@
-//! What components bring with them, and what their loss leads to, where that is the business of tables which the
-//! components themselves know nothing of.
+//! Component hooks and required components of drawn objects and lights. They keep up tables that the components
+//! themselves know nothing of.
 //!
-//! [`register`] says all of it to a world. The components lie below the tables, so they cannot name them.
+//! [`register`] adds all of them to a world. The components lie below the tables, so they cannot name them.
 
 use super::pieces::{PieceOf, Pieces};
 use super::{incomplete, instances};

@@ -15,7 +15,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use std::collections::BTreeSet;
 
-/// What waits for what.
+/// Objects that wait for a mesh, a material or a place.
 #[derive(Resource, Debug, Default)]
 pub struct Incomplete {
     /// Their mesh was not in the library.

@@ -19,7 +19,7 @@ use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3A};
 use std::ops::Range;
 
-/// What is in which slot, and which records changed.
+/// Objects by slot, and the slots whose records changed.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceSlots {
     /// By slot; `None` where there is none.
@@ -71,7 +71,7 @@ impl<'w> InstanceRecords<'w> {
     }
 }
 
-/// What a record is made of.
+/// Components that a record is made of.
 type Parts = (Option<&'static PieceOf>, &'static GlobalTransform, &'static MaterialId, &'static SelectedLights);
 
 impl Records for InstanceRecords<'_> {

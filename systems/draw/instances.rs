@@ -26,15 +26,15 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use std::ops::Range;
 
-/// Which slots are in use, and by what kind of object.
+/// Slots of drawn objects, by batch.
 #[derive(Resource, Debug, Default)]
 pub struct InstanceTable {
     pub(crate) pages: SlotPages,
-    /// Where each drawn object is.
+    /// Slot of each drawn object.
     slots: EntityNumbers,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    /// Of this frame.
+    /// Changes of blended objects in this frame.
     blended: BlendedChanges,
     /// Objects met in this frame whose mesh the library does not have.
     meshless: Vec<Entity>,
@@ -124,7 +124,7 @@ pub fn update_instances(
 /// Columns that decide where an object's record goes.
 type Rows<'a> = (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [MaterialId]);
 
-/// Why rows are looked at.
+/// Reason for which rows are looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Looking {
     /// Their material's batch is another now, or their material is new or gone. The others are passed over.
@@ -133,7 +133,7 @@ enum Looking {
     AtObjects,
 }
 
-/// Where to look for rows that changed, see [`first_changed`]: by transform, mesh, material and lights.
+/// Place of the first changed row, see [`first_changed`]: by transform, mesh, material and lights.
 type Changed<'a> = (usize, Since, [&'a [Tick]; 4]);
 
 /// The batch of an object; `None` where it draws nothing.

@@ -14,15 +14,15 @@ pub struct Intrinsics {
     pub fx: f64,
     /// Vertical focal length, pixels.
     pub fy: f64,
-    /// Of the principal point, pixels.
+    /// Horizontal position of the principal point, pixels.
     pub cx: f64,
-    /// Of the principal point, pixels.
+    /// Vertical position of the principal point, pixels.
     pub cy: f64,
 }
 
 impl Intrinsics {
-    /// Of square pixels and a principal point in the middle: f = H / (2 tan(fov_y / 2)), cx = (W − 1)/2.
-    /// `fov_y`: vertical field of view, radians.
+    /// Makes intrinsics of square pixels and a principal point in the middle. f = H / (2 tan(fov_y / 2)), cx = (W −
+    /// 1)/2; `fov_y`: vertical field of view, radians.
     pub fn from_fov_y(fov_y: f64, width: u32, height: u32) -> Self {
         let f = f64::from(height) / (2.0 * (fov_y / 2.0).tan());
         Self { fx: f, fy: f, cx: (f64::from(width) - 1.0) / 2.0, cy: (f64::from(height) - 1.0) / 2.0 }

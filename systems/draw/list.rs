@@ -30,9 +30,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Slots in a page of instances; a page holds objects of one batch.
 pub const PAGE_SLOTS: u32 = 64;
 
-/// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that
-/// they do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one
-/// goes does not wait for shaders to be compiled anew.
+/// Features that some light of a world has or had, enabled or not. Shaders are compiled without those that none had:
+/// each value that they do not read of every light makes a pixel cheaper. A feature stays once it was there: the frame
+/// in which its last light goes does not wait for shaders to be compiled anew.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct LightFeatures {
     /// An attenuation other than [`Light::INVERSE_SQUARE`](crate::lights::Light::INVERSE_SQUARE).
@@ -106,13 +106,13 @@ impl TextureArray {
         }
     }
 
-    /// Whether a layer of one could be a layer of the other.
+    /// Tells if a layer of one could be a layer of the other.
     pub fn same_format(&self, other: &Self) -> bool {
         (self.width, self.height, self.srgb, self.texels) == (other.width, other.height, other.srgb, other.texels)
     }
 }
 
-/// What a draw binds for its materials: per [`MapSlot`](crate::assets::MapSlot) an index into
+/// Texture bindings of a draw's materials: per [`MapSlot`](crate::assets::MapSlot) an index into
 /// [`DrawList::texture_arrays`] and a sampler.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct MaterialClass {
@@ -126,7 +126,7 @@ pub struct MaterialClass {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct ClassId(pub u32);
 
-/// What the instances of one draw have in common; batches are sorted by it.
+/// State that the instances of one draw share; batches are sorted by it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct BatchKey {
     /// Pipeline.
@@ -140,9 +140,9 @@ pub struct BatchKey {
 /// Objects that are drawn together.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Batch {
-    /// What they share.
+    /// State that its instances share.
     pub key: BatchKey,
-    /// Which elements of [`DrawList::pages`] hold them.
+    /// Range of the elements of [`DrawList::pages`] that hold them.
     pub pages: Range<u32>,
 }
 
@@ -151,7 +151,7 @@ pub struct Batch {
 pub struct Transparent {
     /// Instance slot.
     pub slot: u32,
-    /// What it is drawn with.
+    /// Pipeline, textures and mesh.
     pub key: BatchKey,
     /// World space.
     pub bounds: Sphere,
@@ -164,11 +164,11 @@ pub struct DrawList {
     pub world: u64,
     /// Counts frames. Dirty slots are relative to the frame before: a reader that missed one uploads everything.
     pub frame: u64,
-    /// What is in the slots of drawn objects; their records are made when they are read.
+    /// Slots of drawn objects; their records are made when they are read.
     pub instances: InstanceSlots,
     /// One per light.
     pub lights: Table<PackedLight>,
-    /// What they have or had.
+    /// Features that the lights have or had.
     pub light_features: LightFeatures,
     /// One per slot of the library's materials.
     pub materials: Table<MaterialRecord>,

@@ -52,7 +52,7 @@ const STAND_INS: [ImageId; MAP_COUNT] = [
     ImageId::WHITE_COLOR,
 ];
 
-/// Where materials and images went.
+/// Placement of materials in classes, and of images in layers of texture arrays.
 #[derive(Resource, Debug, Default)]
 pub struct MaterialTable {
     /// By slot.
@@ -61,14 +61,14 @@ pub struct MaterialTable {
     layers: Vec<Option<Layer>>,
     classes: BTreeMap<MaterialClass, ClassUse>,
     free_classes: BTreeSet<u32>,
-    /// What of the library has been placed.
+    /// Revisions of the library that have been placed.
     seen: Revisions,
     /// By slot, up to the last of them: materials whose objects are to be grouped anew. Their class or pipeline is
     /// another, or they are new or gone: objects with a material that is not there are drawn with the default.
     regrouped: Vec<bool>,
 }
 
-/// Where a material went.
+/// Placement of a material.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Placed {
     id: MaterialId,
@@ -76,7 +76,7 @@ struct Placed {
     pipeline: PipelineKey,
 }
 
-/// Where an image went.
+/// Placement of an image.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
     image: ImageId,
@@ -108,12 +108,12 @@ impl MaterialTable {
         self.placed.get(material.slot() as usize)?.as_ref().filter(|placed| placed.id == material)
     }
 
-    /// Whether any objects are to be grouped anew.
+    /// Tells if any objects are to be grouped anew.
     pub(crate) fn regroups(&self) -> bool {
         !self.regrouped.is_empty()
     }
 
-    /// Whether objects of that material are: one that was in its slot, or came there.
+    /// Tells if objects of that material are to be grouped anew: one that was in its slot, or came there.
     pub(crate) fn is_regrouped(&self, material: MaterialId) -> bool {
         self.regrouped.get(material.slot() as usize).is_some_and(|is| *is)
     }

@@ -1,4 +1,4 @@
-//! What is drawn: the world as the renderer reads it.
+//! Drawn objects: the world as the renderer reads it.
 //!
 //! The [`DrawList`] is the seam. Its tables hold the structs that shaders read ([`InstanceRecord`], [`MaterialRecord`],
 //! and those of lights); its batches say what is drawn together. `materials` and `light_records` write their tables.

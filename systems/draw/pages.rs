@@ -1,4 +1,4 @@
-//! Where instance slots come from: pages of 64, each of one batch.
+//! Allocation of instance slots: pages of 64, each of one batch.
 //!
 //! An object takes the lowest free slot in the first page of its batch that has room, and keeps it until it dies or
 //! changes its batch. As no page mixes batches, a draw is a list of pages: objects come, go and change without
@@ -93,7 +93,7 @@ impl SlotPages {
         self.batches.iter().map(|(&key, pages)| (key, pages.all.iter().copied()))
     }
 
-    /// Whether a page was begun or given up since the last call.
+    /// Tells if a page was begun or given up since the last call.
     pub fn take_changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }

@@ -64,7 +64,7 @@ fn copy_whole(source: &SourceComponent, context: &mut ComponentCloneCtx) {
     });
 }
 
-/// What [`draw_in_pieces`] did.
+/// Result of [`draw_in_pieces`].
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct PiecesReport {
     /// Objects that are in pieces now.
@@ -110,12 +110,12 @@ pub fn draw_in_pieces(world: &mut World, root: Entity, metres: f32) -> PiecesRep
     report
 }
 
-/// Whether a box is longer than that along any axis of its own.
+/// Tells if a box is longer than `metres` along any axis of its own.
 pub fn is_longer(aabb: Aabb, world_from_object: &Affine3A, metres: f32) -> bool {
     metres > 0.0 && ((aabb.max - aabb.min) * axis_scale(world_from_object)).max_element() > metres
 }
 
-/// How many metres an object's unit is along each of its axes.
+/// World-space length of an object's unit along each of its axes, metres.
 fn axis_scale(world_from_object: &Affine3A) -> Vec3 {
     let m = world_from_object.matrix3;
     Vec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length())
@@ -152,7 +152,7 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
 }
 
-/// Where an entity is, from the transforms above it: nothing has been propagated before the first frame.
+/// Place of an entity, world space, from the transforms above it: nothing has been propagated before the first frame.
 fn world_from(world: &World, entity: Entity) -> Affine3A {
     let (mut place, mut next) = (Affine3A::IDENTITY, Some(entity));
     while let Some(current) = next {

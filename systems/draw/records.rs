@@ -19,11 +19,11 @@ pub struct InstanceRecord {
     /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction
     /// (world space); the same, times how much of it comes along each axis, from either side, but for the last.
     pub residual: [u32; 4],
-    /// How much comes along z. What the object's lights may miss: `dropped` of [`Selection`](crate::lights::Selection).
+    /// Share of the residual along z, and `dropped` of [`Selection`](crate::lights::Selection).
     pub last_side_and_dropped: u32,
-    /// What the numbers of the ambient cube are multiples of.
+    /// Unit of the numbers of the ambient cube.
     pub residual_unit: f32,
-    /// How many lights reach the object; with the highest bit set, the first page of its list
+    /// Number of lights that reach the object; with the highest bit set, the first page of its list
     /// ([`LightLists`](crate::lights::LightLists)).
     pub reaching_or_list: u32,
     /// The entity's index, of a piece its object's: picking and segmentation.
@@ -80,7 +80,7 @@ pub struct MaterialRecord {
     pub offsets: [[f32; 2]; MAP_COUNT + 1],
 }
 
-/// What is the same for every pixel of a view. Mirrors `View`.
+/// Constants of a view, the same for every pixel. Mirrors `View`.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct ViewRecord {
@@ -90,7 +90,7 @@ pub struct ViewRecord {
     pub clip_from_eye: [[f32; 4]; 4],
     /// Its inverse, for the sky's directions.
     pub eye_from_clip: [[f32; 4]; 4],
-    /// Of the eye, world space.
+    /// Position of the eye, world space.
     pub eye: [f32; 3],
     /// 1 where the projection is parallel, else 0.
     pub parallel: u32,

@@ -1,6 +1,6 @@
-//! What casts shadows in a world, for renderers: the lights that have some, and the objects that stand in their way.
-//! Objects are found by the order in which lights are chosen ([`ObjectOrder`]), so that a light costs what it reaches,
-//! not what the world holds; and those that changed by their slots, so that a frame costs what moves in it.
+//! Shadow casting in a world, for renderers: the lights that have shadows, and the objects that stand in their way.
+//! Objects are found by the order in which lights are chosen ([`ObjectOrder`]). So a light costs what it reaches, not
+//! what the world holds. Changed objects are found by their slots, so that a frame costs what moves in it.
 
 use super::instance_records::InstanceSlots;
 use super::instances::InstanceTable;
@@ -37,7 +37,7 @@ pub struct ShadowScene<'w> {
 pub struct ShadowCaster {
     /// In the instance table.
     pub slot: u32,
-    /// What it is drawn with: opaque, or a mask.
+    /// Pipeline, textures and mesh: opaque, or a mask.
     pub key: BatchKey,
     /// In the material table.
     pub material: u32,
@@ -48,7 +48,7 @@ pub struct ShadowCaster {
 }
 
 impl<'w> ShadowScene<'w> {
-    /// Of a world that has all of that; `None` for others.
+    /// Borrows the scene of a world that has all of its resources; `None` for others.
     pub(crate) fn of(world: &'w World) -> Option<Self> {
         Some(Self {
             world,
@@ -81,7 +81,7 @@ impl<'w> ShadowScene<'w> {
         casters.filter(|caster| is_wanted(caster.bounds)).collect()
     }
 
-    /// What casts shadows in the slots that changed in a frame, by slot, ascending.
+    /// Shadow casters in the slots that changed in a frame, by slot, ascending.
     pub fn changed_casters(&self, slots: &InstanceSlots, library: &Library) -> Vec<ShadowCaster> {
         let changed: Vec<u32> = slots.dirty.ranges(0).into_iter().flatten().collect();
         let casters = map_in_parallel(changed.chunks(OBJECTS_PER_TASK), |changed| {

@@ -5,7 +5,7 @@ use crate::assets::color::srgb_from_linear;
 use glam::{DMat3, DVec3};
 
 impl ToneMap {
-    /// What a linear colour, exposed, is shown as: 0..1, linear.
+    /// Displayed colour, linear, 0..1, of a linear colour after exposure.
     pub fn mapped(self, linear: DVec3) -> DVec3 {
         let x = linear.max(DVec3::ZERO);
         let mapped = match self {

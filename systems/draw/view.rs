@@ -8,12 +8,12 @@ use crate::space::bounds::Sphere;
 use glam::camera::rh::proj::directx as proj;
 use glam::{Affine3A, Mat3A, Mat4, Vec3, Vec3A, Vec4};
 
-/// Where a frame is seen from.
+/// Viewpoint of a frame.
 #[derive(Clone, PartialEq, Debug)]
 pub struct View {
     /// Rigid: the camera looks down its −Z, +Y up.
     pub world_from_view: Affine3A,
-    /// How it projects.
+    /// Camera with its projection.
     pub camera: Camera,
     /// Pixels.
     pub width: u32,
@@ -92,13 +92,13 @@ impl View {
         })
     }
 
-    /// What it depends on which lights have a shadow map.
+    /// Part of the view that decides which lights have a shadow map.
     pub fn shadow_view(&self, environment: &Environment) -> ShadowView {
         let [left, right, bottom, top, near, _] = self.frustum_planes();
         ShadowView { eye: self.eye(), planes: [left, right, bottom, top, near], exposure: environment.exposure }
     }
 
-    /// What the shaders read of this view.
+    /// Constants of this view, for the shaders.
     pub fn record(&self, environment: &Environment, picked_entity: Option<u32>) -> ViewRecord {
         let clip_from_world = self.clip_from_world();
         let clip_from_eye = self.clip_from_view() * Mat4::from_mat3a(self.world_from_view.matrix3.inverse());
@@ -130,8 +130,8 @@ pub fn rigid(world_from_local: &Affine3A) -> Affine3A {
     Affine3A { matrix3: Mat3A::from_cols(up.cross(back), up, back), translation: world_from_local.translation }
 }
 
-/// Whether some of a sphere, world space, is on the inner side of each plane of a frustum ([`View::frustum_planes`]):
-/// of all that can be seen, and a little more. shaders/cull.wgsl has the twin.
+/// Tells if a sphere, world space, intersects a view frustum ([`View::frustum_planes`]), a little enlarged.
+/// `in_frustum` of shaders/cull.wgsl is its twin.
 pub fn in_frustum(planes: &[Vec4; 6], sphere: Sphere) -> bool {
     // Room for rounding, which grows with the distance from the origin.
     let reach = -(sphere.radius * 1.001 + 1e-6 * sphere.center.length());

@@ -37,8 +37,9 @@ pub(crate) fn for_each_changed_in<const N: usize>(
     }
 }
 
-/// Where work on a table's changed rows begins, for tasks to share: the first of the rows that [`for_each_changed_in`]
-/// visits, or one shortly before it, and what [`suspects`] says. `None` where nothing changed.
+/// Finds the beginning of work on a table's changed rows, for tasks to share. It is the first of the rows that
+/// [`for_each_changed_in`] visits, or one shortly before it, with the result of [`suspects`]. `None` where nothing
+/// changed.
 pub(crate) fn first_changed<'w, const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef<'w>>; N],
 ) -> Option<(usize, Since, [&'w [Tick]; N])> {
@@ -72,7 +73,7 @@ pub(crate) fn note_changed<const N: usize>(
     bits.iter().map(|word| word.count_ones() as usize).sum()
 }
 
-/// What [`first_changed`] gives where all rows are to be visited, from one of the table's columns.
+/// Result of [`first_changed`] where all rows are to be visited, from one of the table's columns.
 pub(crate) fn all_rows<'w, const N: usize>(
     column: &ContiguousComponentTicksRef<'w>,
 ) -> (usize, Since, [&'w [Tick]; N]) {
@@ -123,13 +124,13 @@ impl Since {
         self.this_run.wrapping_sub(tick.get()) < self.age
     }
 
-    /// Whether any of some ticks is in it.
+    /// Tells if any of some ticks is in it.
     #[inline(always)]
     pub(crate) fn any(self, ticks: &[Tick]) -> bool {
         ticks.iter().fold(false, |any, tick| any | self.contains(tick))
     }
 
-    /// Whether all of some ticks are in it.
+    /// Tells if all of some ticks are in it.
     #[inline(always)]
     fn all(self, ticks: &[Tick]) -> bool {
         ticks.iter().fold(true, |all, tick| all & self.contains(tick))

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 /// The speeds that a person can choose: simulated seconds per real second.
 pub const SPEEDS: RangeInclusive<f64> = 0.1..=100.0;
 
-/// What random numbers of the simulation begin with: the same seed, the same run. Of the scene's file.
+/// Seed of the simulation's random numbers, from the scene's file: the same seed, the same run.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Seed(pub u64);
 
@@ -59,7 +59,7 @@ impl Clock {
         due
     }
 
-    /// How much of the next step has gone by, 0 to 1; 1 while the clock stands.
+    /// Part of the next step that has gone by, 0 to 1; 1 while the clock stands.
     pub fn fraction(&self) -> f32 {
         if self.paused { 1.0 } else { (self.owed / self.step_seconds).min(1.0) as f32 }
     }

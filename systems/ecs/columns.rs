@@ -68,7 +68,7 @@ impl<T> ColumnPart<'_, T> {
         &self.values[row - self.first]
     }
 
-    /// Whether the row was written in this run.
+    /// Tells if the row was written in this run.
     #[inline(always)]
     pub fn is_written(&self, row: usize) -> bool {
         self.changed[row - self.first] == self.this_run

@@ -1,7 +1,7 @@
-//! A number for each of some entities: where it is in a table of ours.
+//! A number for each of some entities: its index in a table of ours.
 //!
-//! As a component it would take 12 bytes, of which 8 say when it was added and when it changed, and nothing asks. Here
-//! it takes 4, for every entity up to the one with the largest index, and is found with one look in the order in which
+//! A component would take 12 bytes, of which 8 say when it was added and when it changed, and nothing asks. A number
+//! takes 4, for every entity up to the one with the largest index. It is found with one look in the order in which
 //! entities were spawned. An index is used again when its entity is gone: the number has to be taken before that, in a
 //! hook.
 

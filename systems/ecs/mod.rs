@@ -1,4 +1,4 @@
-//! What all other systems are made with, whatever they are about.
+//! Foundation of all other systems, whatever they are about.
 //!
 //! Components lie in tables, rows by rows. `changes` finds the few rows that changed, by the ticks that bevy keeps of
 //! them; `columns` writes a column in parts, for the threads that `parallel` shares work out to. What is known of an

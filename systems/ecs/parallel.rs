@@ -1,7 +1,7 @@
 //! Work in parts, for the threads of a pool to share.
 //!
-//! What is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what it
-//! runs, some ten thousand lines of its own; so there is one, which runs numbers.
+//! Work that is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what
+//! it runs, some ten thousand lines of its own. So there is one, which runs numbers.
 
 use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 use std::cell::Cell;
@@ -11,7 +11,7 @@ use std::sync::Mutex;
 const ENOUGH: usize = 4;
 
 thread_local! {
-    /// Whether this thread does one of enough parts: its own parts are shared out no further.
+    /// Set while this thread does one of enough parts: its own parts are shared out no further.
     static IS_BUSY: Cell<bool> = const { Cell::new(false) };
 }
 

@@ -1,6 +1,6 @@
 //! Reading memory ahead of its use.
 //!
-//! What a few movers need lies all over the memory, and one read from there costs as much as a hundred from a cache. A
+//! Data of a few movers lies all over the memory, and one read from there costs as much as a hundred from a cache. A
 //! processor has a dozen and more such reads under way at once, if it comes to the next while it waits for the last:
 //! work between them keeps them apart, and a branch that it guesses wrong keeps it from seeing any further. So
 //! something of all that is about to be used is read first, in a loop in which no address and no branch depends on what

@@ -35,10 +35,10 @@ impl Stage {
     ];
 }
 
-/// How long a system of the frame schedule took.
+/// Duration of a system of the frame schedule.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SystemTime {
-    /// What it is part of.
+    /// Stage that it is part of.
     pub stage: Stage,
     /// Its function's name.
     pub name: &'static str,
@@ -48,7 +48,8 @@ pub struct SystemTime {
     pub ms: f64,
 }
 
-/// What the last frame did on the CPU. Times come from the wall clock and are for people only: nothing reads them back.
+/// Measurements of the last frame on the CPU. Times come from the wall clock and are for people only: nothing reads
+/// them back.
 #[derive(Resource, Clone, Debug)]
 pub struct FrameStats {
     /// Milliseconds of each [`Stage`].

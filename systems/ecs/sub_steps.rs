@@ -21,11 +21,11 @@ pub struct Parts;
 /// state.
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
 pub struct SubStep {
-    /// How long it is.
+    /// Simulated duration.
     pub seconds: f64,
     /// Simulated seconds at its end.
     pub time: f64,
-    /// How many there were, this one included.
+    /// Number of parts since the run began, this one included.
     pub count: u64,
 }
 

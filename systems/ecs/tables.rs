@@ -24,12 +24,12 @@ impl DirtySlots {
         self.words[word] |= 1 << (slot % 64);
     }
 
-    /// Whether a slot is marked.
+    /// Tells if a slot is marked.
     pub fn contains(&self, slot: u32) -> bool {
         self.words.get(slot as usize / 64).is_some_and(|word| word >> (slot % 64) & 1 != 0)
     }
 
-    /// Whether no slot is marked.
+    /// Tells if no slot is marked.
     pub fn is_empty(&self) -> bool {
         self.low >= self.high
     }
@@ -92,9 +92,9 @@ impl<T: Copy + PartialEq + Default> Table<T> {
     }
 }
 
-/// What a GPU buffer or texture is filled with: records by slot, and which of them changed.
+/// Source of a GPU buffer or texture: records by slot, and which of them changed.
 pub trait Records {
-    /// As shaders read it.
+    /// Record in the layout that shaders read.
     type Record: Pod;
 
     /// Slots.

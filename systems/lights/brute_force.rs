@@ -56,12 +56,12 @@ pub(crate) struct Reaching {
     /// Times the share.
     pub score: f32,
     pub slot: u32,
-    /// Where the light is.
+    /// Index of the light in the list that is searched.
     pub place: u32,
-    /// What [`at_center`] gives, times the share.
+    /// Irradiance and vector of [`at_center`], times the share.
     pub irradiance: f32,
     pub arriving: Vec3,
-    /// How much of the light the object gets: less than 1 behind walls.
+    /// Share of the light that the object gets: less than 1 behind walls.
     pub share: f32,
 }
 

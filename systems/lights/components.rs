@@ -62,7 +62,7 @@ pub struct Light {
     pub attenuation: Vec3,
     /// Off costs nothing.
     pub enabled: bool,
-    /// What stands in its way casts shadows, if the light is among the most important ones for the picture.
+    /// Shadows are cast if the light is among the most important ones for the picture.
     pub shadows: bool,
     /// Metres: what is nearer to the light casts none, such as the glass of its lamp.
     pub shadow_near: f32,
@@ -154,7 +154,7 @@ impl Light {
         }
     }
 
-    /// Whether its numbers are numbers; the range alone may be infinite.
+    /// Tells if its numbers are finite; the range alone may be infinite.
     pub(crate) fn is_sound(&self) -> bool {
         let cone = match self.kind {
             LightKind::Spot { outer, inner, exponent } => [outer, inner.unwrap_or(outer), exponent],

@@ -17,7 +17,7 @@ pub fn along_the_curve(spheres: &[Sphere]) -> Vec<Sphere> {
     order.into_iter().map(|(_, index)| spheres[index as usize]).collect()
 }
 
-/// Where each sphere lies on a Hilbert curve through the box around all.
+/// Positions of spheres on a Hilbert curve through the box around all.
 pub(crate) fn hilbert_keys(pool: &TaskPool, spheres: &[Sphere]) -> Vec<u32> {
     let (min, max, _) = around(spheres).unwrap_or_default();
     let extent = (max - min).max(Vec3::splat(1e-3));

@@ -1,5 +1,5 @@
-//! As many lights as leave out no more than a share ε of what reaches an object: the weights, for one object after
-//! another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
+//! Weights for an object with as many lights as leave out no more than a share ε of what reaches it. Objects are taken
+//! one after another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
 //!
 //! The scores of the lights that reach an object are sᵢ. S is the sum of what they give as if none were nearer than half
 //! the object's radius ([`at_half_radius`]): a lamp within the bounding sphere would otherwise count as if all of the
@@ -24,8 +24,8 @@ pub(crate) const HALVINGS: u32 = 20;
 /// In place of 1 / τ where nothing is left out.
 pub(crate) const ALL: f32 = f32::MAX;
 
-/// What a light, of which the object gets a share, gives at most as if it were no nearer than half the object's radius,
-/// in metres: its score, or less.
+/// Score of a light as if it were no nearer than half the object's radius, metres: `score`, or less. `share`: part of
+/// the light that the object gets.
 #[inline(always)]
 fn at_half_radius(score: f32, share: f32, light: &ScoredLight, half_radius: f32) -> f32 {
     if light.kind == LightRecord::DIRECTIONAL {

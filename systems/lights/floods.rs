@@ -1,4 +1,4 @@
-//! What each light reaches through portals, kept up to date with the lights and portals that change.
+//! Reach of each light through portals, kept up to date with the lights and portals that change.
 //!
 //! A world without cells has none of this.
 
@@ -37,7 +37,7 @@ pub struct LightFloods {
     /// All lights, but those in cells off; and a tree of them.
     outdoor_lights: Vec<ScoredLight>,
     outdoor_tree: LightTree,
-    /// How far each opening is open.
+    /// Opening of each portal, 0 to 1.
     open: Vec<f32>,
     /// In this frame.
     changes: Vec<FloodChange>,
@@ -46,27 +46,26 @@ pub struct LightFloods {
 }
 
 impl LightFloods {
-    /// What the light in a slot reaches.
+    /// Reach of the light in a slot.
     pub fn flood(&self, slot: u32) -> &Flood {
         &self.floods[slot as usize]
     }
 
-    /// How much of the light in a slot an object gets, 0 to 1.
+    /// Share of the light in a slot that an object gets, 0 to 1.
     pub fn share(&self, slot: u32, object: &Occupied) -> f32 {
         self.floods[slot as usize].share(object)
     }
 
-    /// How far each opening is open, 0 to 1.
+    /// Opening of each portal, 0 to 1.
     pub fn open(&self) -> &[f32] {
         &self.open
     }
 
-    /// Whether there are cells.
     pub(crate) fn has_cells(&self) -> bool {
         !self.of_cell.is_empty()
     }
 
-    /// Whether every object has to choose again.
+    /// Tells if every object has to choose again.
     pub(crate) fn are_new(&self) -> bool {
         self.are_new
     }
@@ -113,7 +112,7 @@ impl LightFloods {
     }
 }
 
-/// Where a light shines from; `None` where it does not.
+/// Origin of a light's flood; `None` for a light that is off.
 fn source(light: &ScoredLight) -> Option<Source> {
     match light.kind {
         LightRecord::OFF => None,

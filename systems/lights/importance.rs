@@ -1,4 +1,4 @@
-//! Which lights have a shadow map: those that matter most to a picture.
+//! Choice of the lights that have a shadow map: those that matter most to a picture.
 //!
 //! A picture has room for some maps only. The importance of a light is the share of its flux that arrives in the
 //! picture:
@@ -48,14 +48,14 @@ const WIDTH: usize = 16;
 /// One in so many blocks is looked at first, to know early what the best are.
 const FIRST: usize = 16;
 
-/// What a picture's importances depend on.
+/// Part of a view that the importances of lights depend on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ShadowView {
     /// The eye, world space, metres.
     pub eye: Vec3,
     /// The frustum's planes without the far one, world space: inward unit normal and offset.
     pub planes: [Vec4; 5],
-    /// What light is multiplied by before it is shown.
+    /// Factor of light before it is shown.
     pub exposure: f32,
 }
 
@@ -69,13 +69,13 @@ pub struct ShadowLight {
     reach: Reach,
 }
 
-/// What a light reaches, and how much light that is.
+/// Lit volume of a light, and its flux.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Reach {
     position: Vec3,
     /// To the middle of what it lights, metres; of a light without a range, at an exposure of 1.
     toward: Vec3,
-    /// Of what it lights, metres; of a light without a range, at an exposure of 1.
+    /// Radius of the lit volume, metres; of a light without a range, at an exposure of 1.
     radius: f32,
     flux: f32,
     /// 1 for a light without a range, 0 for others.
@@ -89,7 +89,7 @@ pub struct Ranked {
     pub slot: u32,
     /// Above 0.
     pub importance: f32,
-    /// How much its shadows count, 0 to 1.
+    /// Weight of its shadows, 0 to 1.
     pub fade: f32,
 }
 
@@ -121,7 +121,7 @@ impl ShadowLight {
         Some(Self { slot, near, reach })
     }
 
-    /// How much the light matters to the picture; 0 where none of it can be seen.
+    /// Importance of the light for the picture; 0 where none of it can be seen.
     pub fn importance(&self, view: &ShadowView) -> f32 {
         let lit = self.reach.lit(view.exposure.sqrt());
         let importance = self.reach.arriving(view, lit) * in_view(view, lit);
@@ -131,7 +131,7 @@ impl ShadowLight {
 }
 
 impl Reach {
-    /// What the light reaches.
+    /// Bounding sphere of the lit volume, world space.
     #[inline(always)]
     fn lit(&self, exposure_root: f32) -> Sphere {
         let scale = if self.endless > 0.0 { exposure_root } else { 1.0 };
@@ -226,7 +226,7 @@ pub struct ShadowLights {
     suns: BTreeMap<u32, f32>,
     blocks: Vec<Block>,
     version: u64,
-    /// What slots were given since the last update, in this order.
+    /// Slots and their new lights since the last update, in this order.
     given: Vec<(u32, Option<ShadowLight>)>,
 }
 
@@ -239,7 +239,7 @@ impl ShadowLights {
         &self.lights
     }
 
-    /// Whether there are none.
+    /// Tells if there are none.
     pub fn is_empty(&self) -> bool {
         self.lights.is_empty() && self.suns.is_empty()
     }

@@ -25,7 +25,7 @@ use bevy_tasks::TaskPool;
 /// Objects per task.
 const CHUNK: usize = 256;
 
-/// What is needed to know which lights get to an object.
+/// Cells and floods that decide which lights get to an object.
 #[derive(Clone, Copy)]
 pub(crate) struct Walls<'a, B> {
     pub cells: &'a Cells,
@@ -46,7 +46,7 @@ pub(crate) struct Searched<'a, O, P> {
 /// The objects of a task that do not choose as if there were no cells.
 #[derive(Default)]
 struct Found {
-    /// Which, and what they chose.
+    /// Indices of objects, and the lights that they chose.
     chosen: Vec<(u32, SelectedLights)>,
     further: ListedLights,
     /// The others.
@@ -183,7 +183,7 @@ impl<B: Fn(EntityIndex) -> Option<Aabb> + Sync> Walls<'_, B> {
         marked.into_iter().flatten().for_each(|place| order.mark_one(place));
     }
 
-    /// Whether a light that changed is another one for an object than before, or the object gets another share of it.
+    /// Tells if a light that changed is another one for an object than before, or the object gets another share of it.
     fn concerns(&self, change: &FloodChange, sphere: Sphere, occupied: &Occupied) -> bool {
         let lights = &change.lights;
         let after = self.floods.flood(change.slot);

@@ -55,27 +55,27 @@ impl LightLists {
     /// Most lights that can be listed.
     pub const MOST_LIGHTS: u64 = MOST_LISTED as u64;
 
-    /// As shaders read them, and which of them changed since the frame before.
+    /// Pages as shaders read them, with marks of those that changed since the frame before.
     pub fn pages(&self) -> &Table<LightListPage> {
         &self.pages
     }
 
-    /// How many objects have a list.
+    /// Number of objects that have a list.
     pub fn len(&self) -> usize {
         self.lists
     }
 
-    /// Whether no object has one.
+    /// Tells if no object has one.
     pub fn is_empty(&self) -> bool {
         self.lists == 0
     }
 
-    /// How many lights are in all lists, beyond the three of each object.
+    /// Number of lights in all lists, beyond the three of each object.
     pub fn lights(&self) -> u64 {
         self.lights
     }
 
-    /// How many lights found no room: beyond [`Self::MOST_LIGHTS`]. Their objects have three.
+    /// Number of lights that found no room: beyond [`Self::MOST_LIGHTS`]. Their objects have three.
     pub fn refused(&self) -> u64 {
         self.refused
     }
@@ -98,7 +98,7 @@ impl LightLists {
         self.pages.dirty.clear();
     }
 
-    /// Whether lights found no room in the frame before; all objects are to choose anew then.
+    /// Tells if lights found no room in the frame before, and forgets them; all objects are to choose anew then.
     pub(crate) fn forget_refused(&mut self) -> bool {
         std::mem::take(&mut self.refused) > 0
     }
@@ -211,9 +211,9 @@ impl LightLists {
 pub struct ListedLights {
     /// Slots and weights, packed as the three of [`SelectedLights`].
     pub lights: Vec<u32>,
-    /// Where the lights of each object end in the list. Empty where all have the same policy, by which none has any.
+    /// End of each object's lights in the list. Empty where all have the same policy, by which none has any.
     pub ends: Vec<u32>,
-    /// How many found no room.
+    /// Number of lights that found no room.
     pub refused: u64,
     /// Room for so many.
     most: usize,

@@ -1,13 +1,13 @@
 //! Lights, and the choice of those that shade each object: three, or as many as it takes.
 //!
 //! A [`Light`] has a slot in the [`LightTable`], as a [`PackedLight`], which shaders read, and as a [`ScoredLight`],
-//! which the choice reads; the [`LightTree`] sorts these in space. How much a light matters to an object is its
+//! which the choice reads. The [`LightTree`] sorts these in space. How much a light matters to an object is its
 //! [`score`] (`relevance`). [`brute_force`] compares every object with every light and so defines the result;
 //! [`search`] finds the same, bit for bit, from the tree and the [`ObjectOrder`], which has the objects along a curve.
-//! How many an object has is its [`LightPolicy`] (`policy`, `enough`). [`select_lights`] searches for those objects
-//! only that moved or that a changed light reaches, and keeps what was found as their [`SelectedLights`]; lights beside
-//! the first three are in [`LightLists`]. Which lights have a shadow map in a picture is for [`rank`] to say
-//! (`importance`).
+//! The number that an object has depends on its [`LightPolicy`] (`policy`, `enough`). [`select_lights`] searches for
+//! those objects only that moved or that a changed light reaches. It keeps the result as their [`SelectedLights`];
+//! lights beside the first three are in [`LightLists`]. Which lights have a shadow map in a picture is for [`rank`] to
+//! say (`importance`).
 //!
 //! In a world with [`Cells`](crate::cells::Cells) an object gets a share of each light, by what of it comes through
 //! portals. [`LightFloods`] has what each light reaches; `indoors` chooses the lights of objects that walls are

@@ -31,7 +31,7 @@ use glam::Vec3;
 const LIGHTS_PER_TASK: usize = 128;
 /// Groups of objects per task when their boxes are brought up to date.
 const GROUPS_PER_TASK: usize = 512;
-/// What is in no place, or not finite.
+/// Sphere of an empty place, and of an object that is not finite.
 pub(crate) const NOWHERE: Sphere = Sphere { center: Vec3::NAN, radius: 0.0 };
 
 /// Notes the place of an object that lost its mesh or its life or is disabled; the next frame empties it.
@@ -56,9 +56,9 @@ pub(crate) fn note_policy(mut world: DeferredWorld, object: Entity, note: impl F
 #[derive(Resource, Debug, Default)]
 pub struct ObjectOrder {
     pub(crate) spheres: Vec<Sphere>,
-    /// What is there.
+    /// Object at each place.
     pub(crate) objects: Vec<Option<EntityIndex>>,
-    /// Where each of them is.
+    /// Place of each object, by entity.
     pub(crate) places: EntityNumbers,
     /// A bit per place: lights are to be chosen again.
     pub(crate) dirty: Vec<u64>,
@@ -72,7 +72,7 @@ pub struct ObjectOrder {
     pub(crate) settled: usize,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    /// Of the objects that have some.
+    /// Policies of the objects that have one of their own.
     pub(crate) own_policies: OwnPolicies,
     /// Without an object, behind the settled ones: for the next that comes.
     pub(crate) free: Vec<u32>,
@@ -101,7 +101,7 @@ pub(crate) struct OrderPart<'a> {
 }
 
 impl OrderPart<'_> {
-    /// Whether it is for this part to say what becomes of an object at that place.
+    /// Tells if this part decides about an object at that place.
     #[inline]
     pub fn is_concerned(&self, place: u32) -> bool {
         (place as usize).wrapping_sub(self.first) < self.concerned
@@ -139,12 +139,12 @@ pub(crate) struct Dirty {
 }
 
 impl Dirty {
-    /// Whether the object at a place chooses again.
+    /// Tells if the object at a place chooses again.
     pub fn contains(&self, place: u32) -> bool {
         self.bits.get(place as usize / 64).is_some_and(|bits| bits >> (place % 64) & 1 != 0)
     }
 
-    /// Which of them it is.
+    /// Index of a place among those that choose again.
     pub fn index(&self, place: u32) -> usize {
         let word = place as usize / 64;
         self.before[word] as usize + (self.bits[word] & ((1 << (place % 64)) - 1)).count_ones() as usize
@@ -157,7 +157,6 @@ impl ObjectOrder {
         &self.spheres
     }
 
-    /// Where each object is.
     pub(crate) fn places(&self) -> &EntityNumbers {
         &self.places
     }
@@ -257,7 +256,7 @@ impl ObjectOrder {
         }
     }
 
-    /// How many objects are to choose again.
+    /// Number of objects that are to choose again.
     pub(crate) fn dirty_count(&self) -> usize {
         if !self.may_be_dirty {
             return 0;
@@ -420,7 +419,7 @@ impl ObjectOrder {
         }
     }
 
-    /// Which objects of a group some light reaches.
+    /// Objects of a group that some light reaches: a bit each.
     #[inline(always)]
     fn reached<S: Simd>(&self, simd: S, lights: &[ScoredLight], group: usize) -> u64 {
         let lanes = Floats::<S>::LEN;
@@ -492,7 +491,7 @@ fn read_group_ahead(spheres: &[Sphere], group: usize) {
     read_ahead((0..WIDTH).step_by(64 / size_of::<Sphere>()).chain([WIDTH - 1]).map(radius));
 }
 
-/// Which children of a node some of the lights shine at: a bit each.
+/// Children of a node that some of the lights shine at: a bit each.
 #[inline(always)]
 fn in_cones<S: Simd>(simd: S, node: &Node, lights: &[ScoredLight]) -> u64 {
     let mut bits = 0;

@@ -25,8 +25,8 @@ const FEW_MOVING: usize = 64;
 const MANY_GATHERED: usize = 16;
 
 impl ObjectOrder {
-    /// Where some objects moved for a while: gives those a part of the order of their own, sorted by itself, and the
-    /// newcomers with them.
+    /// Gives objects that moved for a while a part of the order of their own, sorted by itself, and the newcomers with
+    /// them.
     pub(crate) fn gather_moving(&mut self, pool: &TaskPool) {
         let moving = self.dirty_count();
         self.moved += moving;
@@ -58,7 +58,7 @@ impl ObjectOrder {
         self.sort_unsettled(pool);
     }
 
-    /// How many objects are behind the settled ones.
+    /// Number of objects behind the settled ones.
     fn unsettled(&self) -> usize {
         self.spheres.len() - self.settled - self.free.len()
     }
@@ -82,7 +82,7 @@ impl ObjectOrder {
         }
     }
 
-    /// Whether the order has changed or worn so much that sorting pays.
+    /// Tells if the order has changed or worn so much that sorting pays.
     pub(crate) fn needs_sorting(&mut self, pool: &TaskPool) -> bool {
         if self.unsettled() * MANY_UNSETTLED > self.spheres.len() {
             return true;

@@ -1,4 +1,4 @@
-//! Which of the lights that reach an object shade it: the policies, and which object has which.
+//! Policies of the choice among the lights that reach an object, and the objects that each policy is for.
 //!
 //! A policy is for the whole world, for the pieces of large objects, or for an entity that has it as a component. What
 //! a policy means is said in [`brute_force`](crate::lights::brute_force) and, for the shares, in `enough`.
@@ -8,8 +8,8 @@ use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Which of the lights that reach an object shade it. As a component: of that entity, and its pieces, instead of the
-/// world's ([`LightPolicies`]).
+/// Choice of the lights that shade an object, of those that reach it. The component is for that entity and its pieces,
+/// and replaces the world's ([`LightPolicies`]).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub enum LightPolicy {
     /// The three most relevant with smooth weights, the others in an ambient cube.
@@ -31,7 +31,7 @@ impl LightPolicy {
     pub const ALL: [(&'static str, Self); 4] =
         [("three", Self::Three), ("enough", Self::ENOUGH), ("all", Self::All), ("hard", Self::Hard)];
 
-    /// What lights an object, in a few words.
+    /// Description of the lights of an object, in a few words.
     pub fn lights_by(self) -> &'static str {
         match self {
             Self::Three => "the three most relevant lights, cross-faded, and an ambient cube for the others",
@@ -64,11 +64,11 @@ const DEFAULT_TOLERANCE: f32 = 0.001;
 /// The policies of entities that have none of their own.
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
 pub struct LightPolicies {
-    /// Of objects.
+    /// Policy of objects.
     pub objects: LightPolicy,
-    /// Of the pieces of large objects, which meet at edges.
+    /// Policy of the pieces of large objects, which meet at edges.
     pub pieces: LightPolicy,
-    /// Of everything, whatever else is said; to compare policies.
+    /// Policy of everything, before all others; to compare policies.
     pub forced: Option<LightPolicy>,
 }
 
@@ -100,7 +100,7 @@ pub enum Policies<'a> {
 }
 
 impl Policies<'_> {
-    /// That of one of them.
+    /// Policy of one of them.
     #[inline(always)]
     pub fn of(&self, index: usize) -> LightPolicy {
         match self {
@@ -118,7 +118,7 @@ impl Policies<'_> {
         }
     }
 
-    /// Whether what objects have beyond their three is listed, be it nothing.
+    /// Tells if lights of objects beyond their three are listed, even where there are none.
     pub(crate) fn are_listed(&self) -> bool {
         match self {
             Self::Same(policy) => policy.tolerance().is_some(),
@@ -130,8 +130,8 @@ impl Policies<'_> {
 /// The objects that have a policy of their own, or are pieces.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OwnPolicies {
-    /// Of each, the lowest bit says whether it is a piece; the others are those of a tolerance below 1, whose highest
-    /// bit is never set, or one of [`NO_POLICY`], [`THREE`] and [`HARD`].
+    /// Policy of each in its bits. The lowest tells if it is a piece. The others are those of a tolerance below 1,
+    /// whose highest bit is never set, or one of [`NO_POLICY`], [`THREE`] and [`HARD`].
     codes: EntityNumbers,
     policies: usize,
     pieces: usize,

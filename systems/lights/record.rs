@@ -43,7 +43,7 @@ const DIRECTION_BITS: u32 = 21;
 const MOST_DIRECTION: f32 = ((1 << (DIRECTION_BITS - 1)) - 1) as f32;
 const LOWER_BITS: u32 = 32 - DIRECTION_BITS;
 const UPPER_BITS: u32 = DIRECTION_BITS - LOWER_BITS;
-/// Of `inverse_range_squared`.
+/// Bits of `inverse_range_squared` that hold the shadow layer.
 const LAYER_BITS: u32 = 255;
 const VERSINE: ShortFloat = ShortFloat { mantissa_bits: 11, least_exponent: 97 };
 const SLOPE: ShortFloat = ShortFloat { mantissa_bits: 10, least_exponent: 107 };
@@ -61,7 +61,7 @@ pub struct LightRecord {
     pub inverse_range_squared: f32,
     /// Constant, linear, quadratic.
     pub attenuation: [f32; 3],
-    /// Of a spot its exponent, or 1 / (`versine_outer` − versine of its inner half angle).
+    /// Exponent of a spot, or 1 / (`versine_outer` − versine of its inner half angle).
     pub exponent_or_cone_slope: f32,
     /// World space, unit: the way the light shines. 0 for points that come out of a [`PackedLight`].
     pub direction: [f32; 3],
@@ -79,7 +79,7 @@ pub struct LightRecord {
 pub struct PackedLight {
     /// The same as in [`LightRecord`].
     pub position: [f32; 3],
-    /// As in [`LightRecord`], but for its lowest bits: [`Self::with_shadow_layer`].
+    /// Field of [`LightRecord`] of this name, but for its lowest bits: [`Self::with_shadow_layer`].
     pub inverse_range_squared: f32,
     /// Colour, kind, direction and cone.
     pub words: [u32; 4],
@@ -196,8 +196,8 @@ impl PackedLight {
     }
 }
 
-/// How a number is kept in 16 bits: as those of the float, but with fewer bits of mantissa, and the exponent counted
-/// from another one. The least number stands for 0 and all that is less.
+/// Format of a number in 16 bits: the float's, but with fewer bits of mantissa, and the exponent counted from another
+/// one. The least number stands for 0 and all that is less.
 struct ShortFloat {
     mantissa_bits: u32,
     least_exponent: u32,

@@ -1,4 +1,4 @@
-//! How much a light matters to an object: its record for the shaders, its relevance score, its irradiance at a point.
+//! Relevance of a light for an object: its record for the shaders, its score, its irradiance at a point.
 //!
 //! [`light_record`] makes the record of a light entity, [`ScoredLight::new`] folds it into what [`score`] reads.
 //! [`irradiance`] is the shader's formula on the CPU; [`score`] bounds it over a sphere.
@@ -52,12 +52,12 @@ pub struct ScoredLight {
     pub kind: u32,
     /// Luminance of the magnitude of its colour or of its ambient colour, whichever is larger.
     pub luminance: f32,
-    /// What an irradiance of luminance 1 adds to the ambient cube's irradiance: colour and four times the ambient
-    /// colour, over luminance.
+    /// Part of the ambient cube's irradiance per irradiance of luminance 1: colour and four times the ambient colour,
+    /// over luminance.
     pub tint: Vec3,
-    /// What it adds to the ambient cube's direction: luminance of the (signed) colour over luminance.
+    /// Part of the ambient cube's direction: luminance of the (signed) colour over luminance.
     pub directed: f32,
-    /// What it adds to each side of the ambient cube, wherever it comes from: twice the luminance of the ambient colour
+    /// Part of each side of the ambient cube, wherever the light comes from: twice the luminance of the ambient colour
     /// over luminance.
     pub even: f32,
     /// Exponent of the classic spot.
@@ -266,7 +266,7 @@ pub fn irradiance(light: &LightRecord, point: Vec3) -> Vec3 {
     Vec3::from(light.color) * falloff(light, point).0
 }
 
-/// What the ambient cube takes from a light at an object's centre: the irradiance (luminance), and a vector of that
+/// Contribution of a light to the ambient cube at an object's centre: the irradiance (luminance), and a vector of that
 /// length towards the light.
 ///
 /// A classic spot counts by how far the sphere is in its cone, so that the hard edge does not pass the whole object at

@@ -1,5 +1,5 @@
-//! What an object keeps of its [`Selection`]: packed, in the words that its record takes over. Every frame in which an
-//! object moves writes them, uploads them and reads them in every pixel.
+//! Packed [`Selection`] of an object, in the words that its record takes over. Every frame in which an object moves
+//! writes them, uploads them and reads them in every pixel.
 //!
 //! ```text
 //! lights                 slot · 2¹⁰ + weight · 1023, rounded; of no light all bits of the slot are set
@@ -77,7 +77,7 @@ impl SelectedLights {
         }
     }
 
-    /// What was packed, as far as it came through; the lights beyond the three are in the lists.
+    /// Unpacks the selection, as precise as its bits; the lights beyond the three are in the lists.
     pub fn unpack(&self, lists: &LightLists) -> Selection {
         let lights = self.lights.map(unpack_light);
         let numbers: [f32; 9] = std::array::from_fn(|i| {

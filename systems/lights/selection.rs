@@ -1,4 +1,4 @@
-//! Which objects choose their lights again in a frame, and their choice.
+//! Choice of lights in a frame, and of the objects that make it again.
 //!
 //! An object keeps its lights while neither it nor any light that reaches it changed. [`select_lights`] collects the
 //! objects that moved, marks those that a changed light reaches or did reach before the change
@@ -37,8 +37,8 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Objects per task.
 const CHUNK: usize = 4096;
-/// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects. All
-/// objects are looked through for each block.
+/// Places of a block in a search of all objects. Their results are kept, 40 bytes each, until they are with their
+/// objects. All objects are looked through for each block.
 const BLOCK: usize = 1 << 17;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
@@ -78,7 +78,7 @@ pub fn select_parallel(
     })
 }
 
-/// What [`select_lights`] keeps from frame to frame.
+/// Memory that [`select_lights`] keeps from frame to frame.
 #[derive(Default)]
 pub struct Kept {
     policies: LightPolicies,
@@ -87,7 +87,7 @@ pub struct Kept {
     dirty: Dirty,
     spheres: Vec<Sphere>,
     selections: Vec<SelectedLights>,
-    /// Of the objects that are searched, where they differ.
+    /// Policies of the objects that are searched, where they differ.
     each: Vec<LightPolicy>,
     /// Scratch.
     targets: Vec<Target>,
@@ -206,7 +206,7 @@ pub fn select_lights(
     }
 }
 
-/// Where a selection is to be written: a row of a table, and which of those that were found.
+/// Destination of a selection: a row of a table, and its index among those that were found.
 #[derive(Clone, Copy, Default)]
 struct Target {
     table: u32,
@@ -295,7 +295,7 @@ struct Part<'a> {
     selections: &'a mut [SelectedLights],
     changed: &'a mut [Tick],
     this_run: Tick,
-    /// Whether a selection is another now.
+    /// Set if a selection is another now.
     any: bool,
 }
 
@@ -341,7 +341,7 @@ fn write_parts(selections: ContiguousMut<SelectedLights>, rows: usize, write: im
     }
 }
 
-/// Where objects are, and how large.
+/// Place and mesh of an object, which give its bounds.
 type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>);
 
 /// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there;

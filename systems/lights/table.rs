@@ -36,7 +36,7 @@ impl Default for LightSlot {
     }
 }
 
-/// What the search finds for an object; [`SelectedLights`](crate::lights::SelectedLights) is what it keeps.
+/// Result of the search for an object; it keeps it as [`SelectedLights`](crate::lights::SelectedLights).
 #[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Selection {
@@ -51,10 +51,11 @@ pub struct Selection {
     pub residual_direction: Vec3,
     /// Its luminance times how much of it comes along each axis, from either side (world space), summed.
     pub residual_sides: Vec3,
-    /// What the object's lights may miss. Of an object with three, the sum of the scores of the others: what the three,
-    /// each in full, leave out. Of one that may have more, the sum of what their weights leave out of all scores.
+    /// Light that the object's lights may miss. For an object with three it is the sum of the others' scores: the loss
+    /// with each of the three in full. For one that may have more it is the sum over all scores of the part that their
+    /// weights leave out.
     pub dropped: f32,
-    /// How many lights reach the object (score above 0).
+    /// Number of lights that reach the object (score above 0).
     pub reaching: u32,
 }
 

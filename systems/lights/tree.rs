@@ -2,8 +2,8 @@
 //!
 //! Point and spot lights are sorted along a Morton curve and cut into blocks of 16, whose fields lie side by side so
 //! that one vector operation tests many lights. Sixteen blocks make a node, sixteen nodes make one of the level above.
-//! Where few lights change, [`LightTree::update`] merges them into the sorted list and fills only the blocks that are
-//! not what they were; the tree is the one that [`LightTree::build`] would make.
+//! If few lights change, [`LightTree::update`] merges them into the sorted list and fills only the blocks that are not
+//! what they were. The tree is the one that [`LightTree::build`] would make.
 //!
 //! Order matters only to sums, whose rounding depends on it. [`search_order`] says what it is, and a search must keep
 //! it: directional lights by slot, then point lights, then spots along the curve. The curve's cells do not depend on
@@ -61,9 +61,9 @@ pub struct LightTree {
     pub(crate) blocks: Vec<Block>,
     /// From the nodes above the blocks to the root.
     pub(crate) levels: Vec<Vec<Node>>,
-    /// Where each light is on the curve, and its slot.
+    /// Position of each light on the curve, and its slot.
     keys: Vec<(u64, u32)>,
-    /// Of the tree before.
+    /// Keys of the tree before.
     old_keys: Vec<(u64, u32)>,
 }
 
@@ -314,7 +314,7 @@ pub fn search_order(scored: &[ScoredLight]) -> Vec<u32> {
     order.into_iter().map(|(_, _, slot)| slot).collect()
 }
 
-/// Where a light is in the [`search_order`]; `None` for one that is off.
+/// Key of a light in the [`search_order`]; `None` for one that is off.
 pub(crate) fn order_of(light: &ScoredLight, slot: u32) -> Option<(u32, u64, u32)> {
     match light.kind {
         LightRecord::OFF => None,
@@ -324,7 +324,7 @@ pub(crate) fn order_of(light: &ScoredLight, slot: u32) -> Option<(u32, u64, u32)
     }
 }
 
-/// Where a point lies on the Morton curve.
+/// Position of a point on the Morton curve.
 pub(crate) fn morton(point: Vec3) -> u64 {
     let half = (1u32 << (AXIS_BITS - 1)) as f32;
     let top = (1u32 << AXIS_BITS) - 1;
@@ -341,7 +341,7 @@ fn spread(bits: u64) -> u64 {
     (x | x << 2) & 0x1249_2492_4924_9249
 }
 
-/// What is asked of a tree: which lights may reach any of some spheres.
+/// Query of a tree: some spheres that lights may reach.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Volume {
     /// Box around the centres.

@@ -54,7 +54,7 @@ impl Default for Physics {
 }
 
 impl Physics {
-    /// What is to be said about the simulation, each thing once; taken away by being read.
+    /// Warnings of the simulation, each once; taken away by being read.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
     }
@@ -64,17 +64,17 @@ impl Physics {
         self.bodies.len()
     }
 
-    /// Whether no vehicle is physical.
+    /// Tells if no vehicle is physical.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }
 
-    /// How many wheels of a vehicle touch something, and how many it has; `None` where it is not a body.
+    /// Number of wheels of a vehicle that touch something; `None` where it is not a body.
     pub fn wheels_on_ground(&self, vehicle: VehicleNumber) -> Option<usize> {
         self.bodies.get(&vehicle.0).map(Body::wheels_on_ground)
     }
 
-    /// How far a wheel's spring is pressed beyond its length under the standing vehicle, metres.
+    /// Compression of a wheel's spring beyond that under the standing vehicle, metres.
     pub fn spring_travel(&self, vehicle: VehicleNumber, wheel: usize) -> Option<f64> {
         self.bodies.get(&vehicle.0).and_then(|body| body.travel(wheel))
     }
@@ -85,8 +85,8 @@ impl Physics {
         self.world.bodies.get(body.handle).map(|chassis| chassis.linvel())
     }
 
-    /// What a hash of the state takes in beside the components: places, velocities and wheels of all bodies, by the
-    /// number of the vehicle. Contacts' impulses are left out: they show in the velocities one step later.
+    /// Passes on the physics' part of a state hash, beside the components: places, velocities and wheels of all bodies,
+    /// by the number of the vehicle. Contacts' impulses are left out: they show in the velocities one step later.
     pub fn state(&self, mut add: impl FnMut(u64)) {
         for (number, body) in &self.bodies {
             add((*number).into());
@@ -96,7 +96,7 @@ impl Physics {
     }
 }
 
-/// Whether there is anything for the physics to do.
+/// Tells if there is anything for the physics to do.
 pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) -> bool {
     !physics.is_empty() || !vehicles.is_empty()
 }
@@ -193,7 +193,7 @@ impl Physics {
     }
 }
 
-/// How people are told of a vehicle: by its name, or else by its number and type.
+/// Designation of a vehicle in messages: its name, or else its number and type.
 fn told(name: Option<&Name>, number: u32, kind: &VehicleType) -> String {
     name.map_or_else(|| format!("vehicle {} ({})", number + 1, kind.name), Name::to_string)
 }

@@ -20,18 +20,18 @@ const STANDSTILL: f64 = 0.05;
 /// Seconds; a longer step is done in several of the physics.
 const LONGEST: f64 = 1.0 / 60.0;
 
-/// What `DynamicRayCastVehicleController` takes from a wheel's sideways velocity in a step, at a side friction
+/// Part of a wheel's sideways velocity that `DynamicRayCastVehicleController` takes away in a step, at a side friction
 /// stiffness of 1.
 const SIDE_DAMPING: f64 = 0.2;
 
-/// What is wanted of a vehicle in a step.
+/// Demand on a vehicle in a step.
 #[derive(Clone, Copy, Default)]
 pub struct Wish {
     /// m/s² along its forward; against its travel, it brakes.
     pub acceleration: f64,
     /// Radians, of the wheel in the middle of the front axle.
     pub steering: f64,
-    /// Which way it may set off when it stands: forwards, backwards, or not at all where this is 0.
+    /// Direction in which it may set off when it stands: forwards, backwards, or not at all where this is 0.
     pub sets_off: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct Body {
     pub handle: RigidBodyHandle,
     /// The wheels, and what they press on.
     controller: DynamicRayCastVehicleController,
-    /// Which of them turn with the steering.
+    /// Set for wheels that turn with the steering.
     steers: Vec<bool>,
     /// Its numbers.
     pub tuning: Tuning,
@@ -52,7 +52,7 @@ pub struct Body {
     most_steering: f64,
     /// Radians per second.
     steering_rate: f64,
-    /// Where the world was last told that the vehicle is: elsewhere, something else has moved it.
+    /// Place and rotation that were last written to the world: found elsewhere, something else has moved the vehicle.
     pub written: (Vec3, Quat),
     /// Radians: of the wheel in the middle of the front axle.
     pub steering: f64,
@@ -197,8 +197,8 @@ impl Body {
         braking
     }
 
-    /// What the brakes have left of their impulse, after the wheels' share, stops the chassis: the wheels alone leave a
-    /// part of its velocity, which on a slope would be a creep. A standing vehicle is held sideways, too.
+    /// Stops the chassis with the impulse that the wheels leave of the brakes'. The wheels alone leave a part of its
+    /// velocity, which on a slope would be a creep. A standing vehicle is held sideways, too.
     fn hold(&self, chassis: &mut RigidBody, most: f64) {
         let used: f64 = self.controller.wheels().iter().map(|wheel| wheel.forward_impulse.abs()).sum();
         let left = (most - used).max(0.0) / self.tuning.mass;
@@ -211,15 +211,14 @@ impl Body {
         }
     }
 
-    /// How far each wheel's spring is pressed beyond its length under the standing vehicle, metres; negative where it
-    /// hangs.
+    /// Compression of a wheel's spring beyond that under the standing vehicle, metres; negative where it hangs.
     pub fn travel(&self, wheel: usize) -> Option<f64> {
         let wheels = self.controller.wheels();
         let standing = self.tuning.rest_length - self.deflection();
         wheels.get(wheel).map(|wheel| standing - wheel.raycast_info().suspension_length)
     }
 
-    /// How many wheels touch something.
+    /// Number of wheels that touch something.
     pub fn wheels_on_ground(&self) -> usize {
         self.controller.wheels().iter().filter(|wheel| wheel.raycast_info().is_in_contact).count()
     }
@@ -291,7 +290,7 @@ fn mobility(wheels: impl ExactSizeIterator<Item = DVec3> + Clone, properties: &M
     (count * properties.inv_mass).max(pitch.max(roll) + both)
 }
 
-/// What of a vehicle's given springs counts as another number, for a person: the ranges follow from its weight and the
+/// Messages about given springs of a vehicle that count as another number. Their ranges follow from its weight and the
 /// clock's step.
 pub fn unheld(physical: &Physical, kind: &VehicleType, clock: &Clock) -> Vec<String> {
     let wheels = wheels(kind);

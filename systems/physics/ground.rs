@@ -1,4 +1,4 @@
-//! What does not move in the physics world: the ground, and obstacles.
+//! Colliders that do not move in the physics world: the ground, and obstacles.
 //!
 //! Colliders are known by what they are (mesh, shape and place) and not by their entities: their order, and with it
 //! every step, does not depend on the order of spawning, and a world restored from a snapshot, whose entities are
@@ -28,7 +28,7 @@ pub enum Obstacle {
     Mesh,
 }
 
-/// What a collider is: its mesh, its shape and twice the number of the mesh's edits, and the bits of
+/// Identity of a collider: its mesh, its shape and twice the number of the mesh's edits, and the bits of
 /// `world_from_object`.
 pub(super) type Key = [u32; 14];
 
@@ -38,7 +38,7 @@ const PLANE: Key = [u32::MAX; 14];
 /// In place of the number of edits of a mesh that is not there.
 const NO_MESH: u32 = u32::MAX >> 1;
 
-/// How far below everything a vehicle falls before it is given up, metres.
+/// Depth below everything to which a vehicle falls before it is given up, metres.
 const FALL: f32 = 100.0;
 
 /// The colliders that do not move.
@@ -50,8 +50,8 @@ pub(super) struct Colliders {
     sum: Option<u64>,
     /// Metres: what is below is thrown out of the world.
     pub lowest: f32,
-    /// Of the last look: how many grounds and obstacles there were, the revision of the library's meshes, and all
-    /// entities that their places and meshes come from.
+    /// State of the last look: numbers of grounds and obstacles, the revision of the library's meshes, and all entities
+    /// that their places and meshes come from.
     #[serde(skip)]
     watched: Option<((usize, u64), Vec<Source>)>,
 }
@@ -76,7 +76,7 @@ type Watched<'w, 's> = Query<
     ),
 >;
 
-/// Whether nothing that colliders come from has changed since they were last looked at.
+/// Tells if nothing that colliders come from has changed since they were last looked at.
 fn is_as_before(
     watched: Option<&((usize, u64), Vec<Source>)>,
     now: (usize, u64),
@@ -87,7 +87,7 @@ fn is_as_before(
     watched.is_some_and(|(before, list)| *before == now && news.is_empty() && list.iter().all(is_same))
 }
 
-/// Which of the components an entity has, and whether one of them changed.
+/// Presence of each of the components in an entity, and whether one of them changed.
 fn look(entities: &Watched, entity: Entity) -> Option<([bool; 5], bool)> {
     let (place, parent, children, mesh, whole) = entities.get(entity).ok()?;
     let has = [place.is_some(), parent.is_some(), children.is_some(), mesh.is_some(), whole.is_some()];

@@ -1,4 +1,4 @@
-//! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
+//! Parameters of a physically simulated vehicle: numbers of its own, or derived from its type.
 
 pub use crate::space::gravity::GRAVITY;
 use crate::vehicles::components::Wanted;
@@ -10,9 +10,9 @@ use bevy_ecs::world::DeferredWorld;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// How far springs give under the vehicle's weight where nothing is said, metres. A bounce of 1.6 Hz, as a car's.
+/// Default deflection of springs under the vehicle's weight, metres. A bounce of 1.6 Hz, as a car's.
 const STATIC_DEFLECTION: f64 = 0.1;
-/// Of the springs' damping to critical damping, where nothing is said.
+/// Default ratio of the springs' damping to critical damping.
 const DAMPING_RATIO: f64 = 0.35;
 /// The part of their length that springs give at most under the vehicle's weight: the rest is left for bumps.
 const MOST_DEFLECTION: f64 = 0.9;
@@ -29,17 +29,17 @@ const DRAG_PER_AREA: f64 = 0.21;
 pub struct Physical {
     /// Kilograms; the type's.
     pub mass: Option<f32>,
-    /// Of tyres on the ground, Coulomb's; 0.9.
+    /// Coulomb's coefficient of friction of tyres on the ground; 0.9.
     pub friction: Option<f32>,
-    /// Of all wheels together, newtons; what gives the type's acceleration.
+    /// Force of all wheels together, newtons; by default gives the type's acceleration.
     pub engine_force: Option<f32>,
-    /// Of all wheels together, newtons; what gives the type's hardest braking.
+    /// Force of all wheels together, newtons; by default gives the type's hardest braking.
     pub brake_force: Option<f32>,
-    /// Of the air, kg/m: the force is this times the square of the speed. From width and height.
+    /// Drag of the air, kg/m: the force is this times the square of the speed. From width and height.
     pub drag: Option<f32>,
-    /// Of the average wheel's spring, N/m; what gives 0.1 m under the weight.
+    /// Stiffness of the average wheel's spring, N/m; by default gives 0.1 m under the weight.
     pub stiffness: Option<f32>,
-    /// Of the average wheel's damper, N·s/m; 0.35 of critical damping.
+    /// Damping of the average wheel's damper, N·s/m; 0.35 of critical damping.
     pub damping: Option<f32>,
     /// Length of the springs without load, metres; 0.3. The wheels hang down by this much, and can be pressed up by it.
     pub rest_length: Option<f32>,
@@ -50,7 +50,7 @@ fn hold_wheels(mut world: DeferredWorld, context: HookContext) {
     world.commands().queue(move |world: &mut World| parts::turn_in_steps(world, context.entity));
 }
 
-/// What is no body any more is moved by the kinematic model again.
+/// Drops the wish of a former body, so that the kinematic model moves the vehicle again.
 fn forget_wish(mut world: DeferredWorld, context: HookContext) {
     world.commands().queue(move |world: &mut World| {
         let entity = world.get_entity_mut(context.entity);
@@ -116,26 +116,26 @@ impl Tuning {
         }
     }
 
-    /// How far each spring gives under the vehicle's weight on level ground: m·g / (wheels·k), metres.
+    /// Deflection of each spring under the vehicle's weight on level ground: m·g / (wheels·k), metres.
     pub fn static_deflection(&self, wheels: usize) -> f64 {
         self.mass * GRAVITY / (wheels.max(1) as f64 * self.stiffness)
     }
 }
 
-/// What is given, or else derived, if it is a number; within bounds.
+/// Clamps the given number, or else the derived one if that is missing or not finite.
 fn within(given: Option<f32>, derived: f64, least: f64, most: f64) -> f64 {
     let value = given.map(f64::from).filter(|value| value.is_finite()).unwrap_or(derived);
     if value.is_finite() { value.clamp(least, most) } else { least }
 }
 
-/// Where a wheel of a type is while the vehicle stands on level ground.
+/// Place of a wheel of a type while the vehicle stands on level ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct WheelPlace {
     /// Its hub in the vehicle's space.
     pub hub: Vec3,
     /// Metres.
     pub radius: f32,
-    /// Whether it turns with the steering.
+    /// Set if it turns with the steering.
     pub steers: bool,
 }
 

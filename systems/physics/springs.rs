@@ -16,7 +16,7 @@ pub struct WheelsFound;
 /// A wheel of a model, on a spring.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
 pub struct Sprung {
-    /// Which of its vehicle's wheels it is.
+    /// Index among its vehicle's wheels.
     wheel: usize,
     /// Its place while the vehicle stands, in its parent's space.
     rest: Vec3,

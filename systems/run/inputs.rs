@@ -1,5 +1,5 @@
-//! What changes the world from outside: the only way from a window, a recording or a program into a running
-//! simulation, so that a recording of the inputs is a recording of the run.
+//! Inputs: changes of the world from outside. They are the only way from a window, a recording or a program into a
+//! running simulation. So a recording of the inputs is a recording of the run.
 //!
 //! [`Inputs::push`] queues; [`apply_queued`] applies, between steps: the first system of the step schedule does it, and
 //! a window does it in every frame, so that an edit shows while the clock stands. Nothing happens between two steps
@@ -58,7 +58,7 @@ pub trait Input: Serialize + DeserializeOwned + Send + Sync + 'static {
     /// such component, changes nothing. What it queues is applied right after it.
     fn apply(&self, world: &mut World);
 
-    /// Whether its numbers can be what a world holds. Others are not applied.
+    /// Tells if its numbers can be what a world holds. Others are not applied.
     fn is_sound(&self) -> bool {
         true
     }
@@ -67,7 +67,7 @@ pub trait Input: Serialize + DeserializeOwned + Send + Sync + 'static {
 /// An input as recordings hold it.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct SavedInput {
-    /// That of its type, [`Input::NAME`].
+    /// Name of its type, [`Input::NAME`].
     pub name: String,
     /// Its value.
     pub value: Vec<u8>,
@@ -82,7 +82,7 @@ impl SavedInput {
     }
 }
 
-/// Why an input of a file is refused.
+/// Reason for which an input of a file is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
     /// No type of that name is registered.
@@ -93,7 +93,7 @@ pub enum InputError {
     Invalid {
         /// Its type's.
         name: &'static str,
-        /// What is the matter.
+        /// Description of the fault.
         message: String,
     },
 }
@@ -158,7 +158,7 @@ impl Inputs {
         self.queued.push(input);
     }
 
-    /// Whether an input of a recording can be applied.
+    /// Checks that an input of a recording can be applied.
     ///
     /// # Errors
     /// Its type is not registered, or its bytes are none of its type's.
@@ -167,7 +167,7 @@ impl Inputs {
         (self.find(&input.name).ok_or_else(unknown)?.check)(&input.value)
     }
 
-    /// Whether nothing waits.
+    /// Tells if nothing waits.
     pub fn is_empty(&self) -> bool {
         self.queued.is_empty()
     }
@@ -205,7 +205,7 @@ fn take_queued(world: &mut World) -> Vec<SavedInput> {
     std::mem::take(&mut world.resource_mut::<Inputs>().queued)
 }
 
-/// Whether it could be.
+/// Applies an input; false if it cannot be applied.
 fn apply(world: &mut World, input: &SavedInput) -> bool {
     let known = world.resource::<Inputs>().find(&input.name).copied();
     known.is_some_and(|known| (known.apply)(world, &input.value).is_ok())

@@ -8,7 +8,7 @@ use bevy_ecs::prelude::*;
 use xxhash_rust::xxh3::xxh3_128;
 
 impl StateList {
-    /// What bodies stand on and bump into, and the bodies.
+    /// Adds obstacles and the bodies.
     pub(super) fn add_physics(&mut self) {
         self.add_component::<Obstacle>("obstacle");
         self.add(PhysicsState);
@@ -23,7 +23,7 @@ impl StateKind for PhysicsState {
         "physics"
     }
 
-    /// Of the bodies only: the triangles of the ground do not change with every step.
+    /// Hash of the bodies only: the triangles of the ground do not change with every step.
     fn hash(&mut self, world: &mut World) -> Sum {
         let mut bytes = Vec::new();
         world.resource::<Physics>().state(|bits| bytes.extend(bits.to_le_bytes()));

@@ -13,11 +13,11 @@ use bevy_ecs::resource::IsResource;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Which entity of a run: its place in the order in which they came to be.
+/// Number of an entity in a run: its place in the order in which entities came to be.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 pub struct StateId(pub u32);
 
-/// What no entity is called.
+/// Number that no entity has.
 const NO_ID: u32 = u32::MAX;
 
 /// The entities of a run by [`StateId`].
@@ -25,7 +25,7 @@ const NO_ID: u32 = u32::MAX;
 pub struct EntityRegistry {
     /// Those that the scene began with, by id.
     scene: Vec<Entity>,
-    /// What came later, by the id of its first entity.
+    /// Later entities, by the id of their family's first.
     later: BTreeMap<u32, Family>,
     /// Ids by the indices of entities; [`NO_ID`] for those that have none.
     ids: Vec<u32>,
@@ -33,10 +33,10 @@ pub struct EntityRegistry {
     next: u32,
 }
 
-/// What one [`Spawn`] brought into being.
+/// Entities that one [`Spawn`] brought into being.
 #[derive(Debug)]
 pub(crate) struct Family {
-    /// How it came to be.
+    /// Spawn that it came from.
     pub spawn: Spawn,
     /// Its entities, roots before what is below them; some may be gone.
     pub members: Vec<Entity>,
@@ -59,7 +59,7 @@ impl EntityRegistry {
         family.members.get((id.0 - first) as usize).copied()
     }
 
-    /// How many entities the scene began with.
+    /// Number of entities that the scene began with.
     pub fn scene_len(&self) -> u32 {
         self.scene.len() as u32
     }
@@ -79,12 +79,12 @@ impl EntityRegistry {
         self.next = self.next.max(next);
     }
 
-    /// What came after the scene, by first id, in that order.
+    /// Families that came after the scene, by first id, in that order.
     pub(crate) fn later(&self) -> impl Iterator<Item = (u32, &Family)> {
         self.later.iter().map(|(first, family)| (*first, family))
     }
 
-    /// Whether a family begins with that id.
+    /// Tells if a family begins with that id.
     pub(crate) fn has_family(&self, first: u32) -> bool {
         self.later.contains_key(&first)
     }
@@ -178,7 +178,7 @@ pub(crate) struct ToIds<'a>(pub &'a EntityRegistry);
 /// And back.
 pub(crate) struct FromIds<'a> {
     pub world: &'a World,
-    /// Whether some id was that of no living entity.
+    /// Set if some id was that of no living entity.
     pub missed: bool,
 }
 

@@ -19,20 +19,20 @@ const MOST_SPAWNED: usize = 1 << 24;
 /// Numbers of entities in a file leave room for as many more.
 const MOST_NUMBER: u32 = u32::MAX - MOST_SPAWNED as u32;
 
-/// How often the world's state has been made that of a snapshot. What measures from state to state begins anew where it
-/// has changed: places of before are those of another state. It is no state itself.
+/// Number of times that the world took the state of a snapshot. Systems that measure from state to state begin anew
+/// where it has changed: places of before are those of another state. It is no state itself.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Restored(pub u64);
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    /// How many entities the scene began with.
+    /// Number of entities that the scene began with.
     scene: u32,
     /// The id that comes next.
     next: u32,
     /// Ids of those that are gone, ascending; families that are gone as wholes are not among them.
     gone: Vec<u32>,
-    /// What came later: the id of its first entity, how many there are, what it came by.
+    /// Families that came later: the id of the first entity, the number of entities, their spawn.
     later: Vec<(u32, u32, Spawn)>,
     /// Kinds of state by name.
     kinds: Vec<(String, Vec<u8>)>,
@@ -58,8 +58,8 @@ pub fn save(world: &mut World) -> Vec<u8> {
 /// Makes the state of a world that has loaded the scene that of [`save`].
 ///
 /// # Errors
-/// Where the bytes are no snapshot of that scene, or an entity that the scene began with is gone and is not in the
-/// snapshot. The world is of no use then.
+/// The bytes are no snapshot of that scene, or an entity that the scene began with is gone and is not in the snapshot.
+/// The world is of no use then.
 pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
     let saved: Saved = decode("snapshot", bytes)?;
     let refused = |message: String| Err(StateError::new("snapshot", message));
@@ -151,7 +151,7 @@ fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(),
     })
 }
 
-/// Whether anything is above itself: no simulation does that, but a broken file may.
+/// Tells if anything is above itself: no simulation does that, but a broken file may.
 fn has_ring(world: &mut World) -> bool {
     let mut hung = world.query::<(Entity, &ChildOf)>();
     let mut ends = HashSet::new();

@@ -1,5 +1,5 @@
-//! What can come into being while a simulation runs, described by data: a recording holds it, and a snapshot brings it
-//! back by building it again.
+//! Spawning of entities while a simulation runs, described by data: a recording holds it, and a snapshot brings it back
+//! by building it again.
 
 use super::registry::{EntityRegistry, StateId};
 use crate::assets::material::MaterialId;
@@ -26,7 +26,7 @@ pub enum Spawn {
         name: String,
         /// In the world.
         transform: Transform,
-        /// What it shines like.
+        /// The light component.
         light: Light,
     },
     /// A vehicle, under manual control or not.
@@ -38,11 +38,11 @@ pub enum Spawn {
         transform: Transform,
         /// The name of its type; the stand-in where there is none of that name.
         kind: String,
-        /// Which of the type's paints; counted round.
+        /// Index of the type's paint; counted round.
         paint: u32,
-        /// How it stands there.
+        /// Initial controls.
         controls: Controls,
-        /// Whether it goes by its controls even where it has a route.
+        /// Set if it goes by its controls even where it has a route.
         manual: bool,
     },
     /// A sensor, on its own or mounted on something.
@@ -51,18 +51,18 @@ pub enum Spawn {
         name: String,
         /// In what it is mounted on, else in the world.
         transform: Transform,
-        /// What it is mounted on; nothing happens to be there: it stands alone.
+        /// Entity that it is mounted on; where nothing is there, it stands alone.
         parent: Option<StateId>,
-        /// What it measures, and when.
+        /// Measurement and its timing.
         sensor: Sensor,
     },
-    /// What is drawn of an entity that the scene began with, and of what is below it, once more.
+    /// Drawn copy of an entity that the scene began with, and of the entities below it.
     Copy {
         /// For people.
         name: String,
         /// In the world.
         transform: Transform,
-        /// Which; of another entity than the scene's own nothing is drawn.
+        /// Entity that is copied; of another than the scene's own nothing is drawn.
         of: StateId,
     },
     /// A vehicle on a route.
@@ -72,13 +72,13 @@ pub enum Spawn {
         name: String,
         /// The name of its type; the stand-in where there is none of that name.
         kind: String,
-        /// Which of the type's paints; counted round.
+        /// Index of the type's paint; counted round.
         paint: u32,
-        /// Where it is put.
+        /// Place on the route where it starts.
         on: OnRoute,
         /// Metres per second along its own forward, 0 to [`FASTEST`].
         speed: f64,
-        /// Whether it goes by its controls all the same.
+        /// Set if it goes by its controls all the same.
         manual: bool,
     },
 }
@@ -124,7 +124,7 @@ impl Spawn {
         }
     }
 
-    /// Whether its numbers are numbers.
+    /// Tells if its numbers are finite and in range.
     pub(crate) fn is_sound(&self) -> bool {
         match self {
             Self::Light { transform, light, .. } => transform.is_sound() && light.is_sound(),

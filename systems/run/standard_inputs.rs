@@ -73,7 +73,7 @@ pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
 /// A portal is opened or shut. One that did so by itself does no more.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct SetPortal {
-    /// Which.
+    /// Portal.
     pub entity: StateId,
     /// [`Portal::open`].
     pub open: f32,
@@ -106,7 +106,7 @@ pub fn set_portal(world: &mut World, entity: Entity, open: f32) {
 /// Something is put elsewhere at once.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct SetTransform {
-    /// What.
+    /// Entity that is moved.
     pub entity: StateId,
     /// Relative to its parent.
     pub transform: Transform,
@@ -135,9 +135,9 @@ impl Input for SetTransform {
 /// Something is hidden, or shown again.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Hide {
-    /// What.
+    /// Entity that is hidden or shown.
     pub entity: StateId,
-    /// Whether it is hidden now.
+    /// New state.
     pub hidden: bool,
 }
 
@@ -177,9 +177,9 @@ impl Input for NextMeshVariant {
 #[cfg(feature = "vehicles")]
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Drive {
-    /// What is driven.
+    /// Driven vehicle.
     pub vehicle: StateId,
-    /// What is wanted.
+    /// New controls.
     pub controls: Controls,
 }
 
@@ -201,9 +201,9 @@ impl Input for Drive {
 #[cfg(feature = "vehicles")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct SetManualControl {
-    /// Which.
+    /// Vehicle.
     pub vehicle: StateId,
-    /// Whether it is under manual control now.
+    /// New state.
     pub manual: bool,
 }
 
@@ -223,8 +223,8 @@ impl Input for SetManualControl {
 pub struct SetSignal {
     /// Its name.
     pub signal: String,
-    /// What each of its groups shows from now on; `None` releases it. With another number of groups than it has,
-    /// nothing changes.
+    /// Aspect of each of its groups from now on; `None` releases it. With another number of groups than it has, nothing
+    /// changes.
     pub shows: Option<Vec<Aspect>>,
 }
 

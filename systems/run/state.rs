@@ -1,5 +1,5 @@
-//! What the simulation's state is: one list, which hashing ([`crate::run::state_hash`]) and saving
-//! ([`crate::run::snapshot`]) both go by, so that nothing is in one and missing in the other.
+//! State of the simulation: one list, which hashing ([`crate::run::state_hash`]) and saving ([`crate::run::snapshot`])
+//! both go by, so that nothing is in one and missing in the other.
 //!
 //! State is what steps change or read, and nothing that follows from it: not `GlobalTransform`, bounds, tangents,
 //! selections of lights, slots; not how the world is looked at (cameras of the window, exposure, the clock's speed). A
@@ -24,13 +24,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
 
-/// What a saved state is refused for.
+/// Reason for which a saved state is refused.
 #[derive(Debug, thiserror::Error)]
 #[error("{kind}: {message}")]
 pub struct StateError {
     /// The kind of state.
     pub kind: String,
-    /// What was expected.
+    /// Expectation that was not met.
     pub message: String,
 }
 
@@ -54,7 +54,7 @@ pub trait StateKind: Send + Sync + 'static {
     /// Makes its values those of [`Self::save`] and no others.
     ///
     /// # Errors
-    /// Where the bytes are none of `save`'s; the world may be changed in part.
+    /// The bytes are none of `save`'s; the world may be changed in part.
     fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError>;
 }
 
@@ -71,7 +71,7 @@ pub struct StateList {
 }
 
 impl StateList {
-    /// What every simulation has.
+    /// State that every simulation has.
     pub fn standard() -> Self {
         let mut list = Self { kinds: Vec::new() };
         // Parents first: where things hang decides what is below a hidden entity.
@@ -100,8 +100,8 @@ impl StateList {
         self.add(Component::<T, ()>::new(name));
     }
 
-    /// As [`Self::add_component`], for values of which not all make sense: a snapshot with one that is not sound is
-    /// refused.
+    /// Adds a component like [`Self::add_component`], for values of which not all make sense: a snapshot with one that
+    /// is not sound is refused.
     pub fn add_checked_component<T: StateComponent>(&mut self, name: &'static str, is_sound: fn(&T) -> bool) {
         self.add(Component::<T, ()>::checked(name, is_sound));
     }
@@ -116,7 +116,7 @@ impl StateList {
         self.kinds.iter().map(|kind| kind.name())
     }
 
-    /// How a file differs that holds kinds of state of these names, in any order; `None`: it has those of this list.
+    /// Difference of a file that holds kinds of state of these names, in any order; `None`: it has those of this list.
     pub fn difference<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
         if let Some(other) = names.clone().find(|name| !self.names().any(|known| known == *name)) {
             let other: String = other.chars().take(MOST_SHOWN).collect();
@@ -142,11 +142,11 @@ impl StateList {
     }
 }
 
-/// What a component needs to be state.
+/// Bounds of a component that is state.
 pub trait StateComponent: bevy_ecs::component::Component + Clone + Serialize + DeserializeOwned {}
 impl<T: bevy_ecs::component::Component + Clone + Serialize + DeserializeOwned> StateComponent for T {}
 
-/// What a resource needs to be state.
+/// Bounds of a resource that is state.
 pub trait StateResource:
     Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serialize + DeserializeOwned
 {
@@ -159,7 +159,7 @@ impl<R: Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serial
 /// A component as state, of the entities that pass a filter.
 pub(super) struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
     name: &'static str,
-    /// Whether a value from a file can be what a world holds.
+    /// Tells if a value from a file can be what a world holds.
     is_sound: fn(&T) -> bool,
     /// Kept from step to step.
     query: Option<QueryState<(Entity, &'static T), F>>,
@@ -288,14 +288,14 @@ impl<R: StateResource> StateKind for ResourceKind<R> {
     }
 }
 
-/// As bytes. Of the types that are state, each has a form in bytes.
+/// Encodes a value as bytes. Each type that is state has a form in bytes.
 pub(crate) fn encode<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
     let mut bytes = Vec::new();
     encode_onto(value, &mut bytes);
     bytes
 }
 
-/// As bytes after others.
+/// Appends the bytes of a value to others.
 pub(crate) fn encode_onto<T: Serialize + ?Sized>(value: &T, bytes: &mut Vec<u8>) {
     // Fails for sequences of unknown length only, which no vector, map or struct is.
     let written = postcard::to_extend(value, std::mem::take(bytes));

@@ -1,4 +1,4 @@
-//! What changes vehicles and signals from outside, and how vehicles come into being.
+//! Inputs of vehicles and signals, and spawning of vehicles.
 
 use crate::space::transform::Transform;
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Vehicle, VehicleTypeId};
@@ -51,7 +51,7 @@ pub(super) fn set_signal(world: &mut World, name: &str, shows: Option<&[Aspect]>
     world.run_system_cached(signals::light_heads).ok();
 }
 
-/// What moves follows where its entity was put.
+/// Lets a moving entity's motion follow its new place.
 pub(super) fn put(world: &mut World, entity: Entity, at: Transform) {
     if let Some(mut motion) = world.get_mut::<Motion>(entity) {
         motion.yaw = steering::yaw(at.rotation);

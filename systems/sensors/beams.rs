@@ -17,7 +17,7 @@ pub struct Beam {
     /// From the column's direction, the way that the columns turn, degrees.
     #[serde(default)]
     pub azimuth_degrees: f32,
-    /// How far above the sensor's origin it begins, metres.
+    /// Height of its beginning above the sensor's origin, metres.
     #[serde(default)]
     pub height: f32,
     /// After the column's first beam, seconds.
@@ -85,7 +85,7 @@ impl Beams {
         }
     }
 
-    /// Where a column of so many looks: degrees clockwise from forward, seen from above.
+    /// Azimuth of a column among `columns`: degrees clockwise from forward, seen from above.
     pub fn column_degrees(&self, column: u32, columns: u32) -> f64 {
         let (column, columns) = (f64::from(column), f64::from(columns));
         match self {
@@ -159,7 +159,7 @@ fn hdl32(ring: u8) -> Beam {
     }
 }
 
-/// As which a ring fires: the lowest one, the lowest of the upper half, the second lowest, and so on.
+/// Firing order of a ring: the lowest one, the lowest of the upper half, the second lowest, and so on.
 fn interleaved(ring: u8, rings: u8) -> u8 {
     let half = rings / 2;
     if ring < half { 2 * ring } else { 2 * (ring - half) + 1 }

@@ -1,4 +1,4 @@
-//! What touches a vehicle: convex bodies that overlap, by the separating axis test.
+//! Contacts of a vehicle: convex bodies that overlap, by the separating axis test.
 //!
 //! Two convex bodies are apart where there is an axis along which they are; it is enough to look along the normals of
 //! their faces and across pairs of their edges (Gottschalk, Lin, Manocha: "OBBTree: A Hierarchical Structure for Rapid
@@ -32,7 +32,7 @@ impl CollisionSensor {
     }
 }
 
-/// What the thing touches that a sensor is mounted on.
+/// Contact with the thing that a sensor is mounted on.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Collision {
     /// Number of the other, as sensors' outputs call things.
@@ -47,7 +47,7 @@ pub struct Collision {
     pub speed: f64,
 }
 
-/// How two bodies touch.
+/// Contact of two bodies.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Touch {
     /// Metres by which the first would have to move to be beside the other; negative where it is apart by as much.
@@ -88,7 +88,8 @@ impl Convex {
         (middle, self.corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max))
     }
 
-    /// How it touches another body that is at most so far away along every axis of the test; `None` where it does not.
+    /// Finds the contact with another body; `None` where they do not touch. `margin`: metres that it may be away along
+    /// every axis of the test.
     pub fn touch(&self, other: &Self, margin: f64) -> Option<Touch> {
         let across = self.edges.iter().flat_map(|own| other.edges.iter().map(|edge| own.cross(*edge)));
         let axes = self.normals.iter().chain(&other.normals).copied().chain(across);

@@ -1,4 +1,4 @@
-//! What sensors are as components: kind, rate, lens and outputs.
+//! Components of sensors: kind, rate, lens and outputs.
 
 use super::collision::CollisionSensor;
 use super::exposure::{Exposure, ImageNoise};
@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Component, Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[require(Transform)]
 pub struct Sensor {
-    /// What it measures.
+    /// Measurement, by the kind of sensor.
     pub kind: SensorKind,
     /// It is due once in so many steps of the clock, at least 1.
     pub every: u32,
@@ -46,7 +46,7 @@ pub enum SensorKind {
     Imu(ImuSensor),
     /// Place on Earth and velocity.
     Gnss(GnssSensor),
-    /// What is touched.
+    /// Contacts.
     Collision(CollisionSensor),
     /// Place in a lane.
     Lane(LaneSensor),
@@ -77,7 +77,7 @@ impl Sensor {
         Self { every: steps.max(1), ..self }
     }
 
-    /// Whether something can be measured by it: its rate, and what its kind has.
+    /// Checks that something can be measured by it: its rate, and the settings of its kind.
     ///
     /// # Errors
     /// The field, and what was expected.
@@ -99,7 +99,7 @@ impl Sensor {
         }
     }
 
-    /// Whether it is due after a step, counted from 0, the state that a run begins with.
+    /// Tells if it is due after a step, counted from 0, the state that a run begins with.
     pub fn is_due(&self, step: u64) -> bool {
         step % u64::from(self.every.max(1)) == u64::from(self.phase)
     }
@@ -110,19 +110,19 @@ impl Sensor {
 pub struct CameraSensor {
     /// Width and height of its pictures, pixels.
     pub size: (u32, u32),
-    /// How it projects.
+    /// Projection.
     pub lens: Lens,
     /// Distance of the near plane along the optical axis, metres.
     pub near: f32,
     /// Distance of the far plane, metres; may be infinite. Of what lies beyond there is nothing to see.
     pub far: f32,
-    /// What it gives.
+    /// Pictures that it gives.
     pub outputs: CameraOutputs,
-    /// Of colours, per pixel: 1 or 4. All else has one, in the middle of the pixel.
+    /// Samples per pixel of colours: 1 or 4. All else has one, in the middle of the pixel.
     pub samples: u32,
-    /// How much light its colours take.
+    /// Exposure of its colours.
     pub exposure: Exposure,
-    /// What is not light in its colours.
+    /// Image noise.
     pub noise: Option<ImageNoise>,
 }
 
@@ -145,7 +145,7 @@ impl CameraSensor {
     /// Pixels along a side at the most.
     pub const LARGEST: u32 = 16384;
 
-    /// Whether pictures can be drawn by it.
+    /// Checks that pictures can be drawn by it.
     ///
     /// # Errors
     /// The field, and what was expected.
@@ -188,7 +188,7 @@ impl CameraSensor {
         Self { outputs: self.outputs.with(output), ..self }
     }
 
-    /// As it is drawn; of a lens that bends, the picture that it would have if it did not.
+    /// Camera that it is drawn with. For a lens that bends, it gives the picture without the bending.
     pub fn camera(&self) -> Camera {
         let projection = match self.lens {
             Lens::FieldOfView { y } => Projection::Perspective { fov_y: y, aspect: None },
@@ -212,7 +212,7 @@ impl CameraSensor {
     }
 }
 
-/// How a camera projects.
+/// Projection of a camera.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Lens {
     /// Perspective with square pixels and the principal point in the middle.
@@ -224,7 +224,7 @@ pub enum Lens {
     Pinhole(Intrinsics),
     /// Perspective bent by the lens of Brown and Conrady, with OpenCV's coefficients.
     BrownConrady {
-        /// Of what is not bent yet.
+        /// Intrinsics of the picture before it is bent.
         intrinsics: Intrinsics,
         /// k1, k2, p1, p2, k3, k4, k5, k6.
         coefficients: [f64; 8],
@@ -259,7 +259,7 @@ impl Default for Lens {
     }
 }
 
-/// What a camera gives. Axes of a camera's outputs are X right, Y down, Z forward, as OpenCV and ROS have them for
+/// Picture of a camera. Axes of a camera's outputs are X right, Y down, Z forward, as OpenCV and ROS have them for
 /// optical frames.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 pub enum CameraOutput {
@@ -283,9 +283,9 @@ pub enum CameraOutput {
     Panoptic,
     /// A record for each thing in the picture: its boxes, and how much of it is seen.
     Boxes,
-    /// Where what a pixel shows is at the next capture, pixels.
+    /// Optical flow forward: place at the next capture of what a pixel shows, pixels.
     Flow,
-    /// Where what a pixel shows was at the capture before, pixels.
+    /// Optical flow back: place at the capture before of what a pixel shows, pixels.
     FlowBack,
 }
 
@@ -318,12 +318,12 @@ impl CameraOutputs {
         Self(self.0 | 1 << output as u32)
     }
 
-    /// Whether it is one of these.
+    /// Tells if it is one of these.
     pub fn has(self, output: CameraOutput) -> bool {
         self.0 >> output as u32 & 1 == 1
     }
 
-    /// Whether one of several is one of these.
+    /// Tells if one of several is one of these.
     pub fn has_any(self, outputs: &[CameraOutput]) -> bool {
         outputs.iter().any(|&output| self.has(output))
     }

@@ -16,11 +16,11 @@ use super::beams::{positive, within};
 use super::components::CameraSensor;
 use serde::{Deserialize, Serialize};
 
-/// How much light a camera takes.
+/// Exposure of a camera.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Exposure {
-    /// As the scene's.
+    /// The scene's exposure.
     #[default]
     Scene,
     /// Times linear colours, in place of the scene's.
@@ -46,7 +46,7 @@ fn most_stops() -> f32 {
     8.0
 }
 
-/// What a camera's sensor adds to light: noise, black and steps.
+/// Image sensor's part in a picture: noise, black and steps.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImageNoise {
@@ -58,7 +58,7 @@ pub struct ImageNoise {
     pub dark: f32,
     /// Counts an electron, as many times as it takes for a full well to be the largest count.
     pub gain: f32,
-    /// Of counts: 8 or 12.
+    /// Bits of a count: 8 or 12.
     pub bits: u32,
     /// Counts where there are no electrons.
     pub black: u32,
@@ -168,7 +168,7 @@ impl ImageNoise {
         f64::from(self.gain) * f64::from(self.largest() - self.black) / f64::from(self.full_well)
     }
 
-    /// What is counted of linear light, exposed. `n`: a random number of mean 0 and variance 1.
+    /// Count of linear light after exposure. `n`: a random number of mean 0 and variance 1.
     pub fn counts(&self, light: f64, n: f64) -> u32 {
         let electrons = light.max(0.0) * f64::from(self.full_well) + f64::from(self.dark);
         let read = f64::from(self.read);

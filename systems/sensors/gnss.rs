@@ -15,12 +15,12 @@ use serde::{Deserialize, Serialize};
 const PLACE: u32 = 0;
 const VELOCITY: u32 = 1;
 
-/// Where on Earth a scene is. Worlds without it are nowhere.
+/// Place of a scene on Earth. Worlds without it are nowhere.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct GeoOrigin {
     /// The place of a point of the scene.
     pub place: Geodetic,
-    /// That point, in the coordinates of the scene's file, metres.
+    /// Position of that point in the coordinates of the scene's file, metres.
     pub at: DVec3,
 }
 
@@ -40,7 +40,7 @@ impl GeoOrigin {
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GnssSensor {
-    /// What real ones get wrong.
+    /// Errors of real receivers.
     pub noise: GnssNoise,
 }
 
@@ -57,10 +57,10 @@ pub struct GnssNoise {
     pub velocity_sigma: f32,
 }
 
-/// What it measures.
+/// Measurement of the sensor.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct GnssReading {
-    /// Where it is.
+    /// Measured place.
     pub place: Geodetic,
     /// To the east, north and up of where it is, m/s.
     pub velocity: DVec3,
@@ -77,7 +77,7 @@ impl GnssSensor {
         within("noise.velocity_sigma", self.noise.velocity_sigma, 0.0, 1e4)
     }
 
-    /// What it measures at a point, and with a velocity (m/s), in the coordinates of the scene's file.
+    /// Measures at a point, and with a velocity (m/s), in the coordinates of the scene's file.
     pub fn measure(&self, origin: &GeoOrigin, point: DVec3, velocity: DVec3, noise: Noise) -> GnssReading {
         let GnssNoise { horizontal_sigma, vertical_sigma, velocity_sigma } = self.noise;
         let truth = origin.geodetic(point);

@@ -19,7 +19,7 @@ const GYROSCOPE: u32 = 1;
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImuSensor {
-    /// What real ones get wrong.
+    /// Errors of real ones.
     pub noise: ImuNoise,
 }
 
@@ -38,7 +38,7 @@ pub struct ImuNoise {
     pub gyroscope_bias: [f32; 3],
 }
 
-/// What it measures, in its axes at the moment in the middle.
+/// Measurement in the sensor's axes at the moment in the middle.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct ImuReading {
     /// Acceleration against free fall, m/s²: (0, 0, 9.81) at rest on level ground.
@@ -67,8 +67,8 @@ impl ImuSensor {
         [self.noise.accelerometer_density, self.noise.gyroscope_density].map(|n| f64::from(n) / seconds.sqrt())
     }
 
-    /// What it measures where it was at three moments, each so many seconds after the one before: the place in the
-    /// world, metres, Y up, and the turn from the entity's axes.
+    /// Measures from its poses at three moments, each so many seconds after the one before. A pose is the place in the
+    /// world, metres, Y up, and the rotation from the entity's axes.
     pub fn measure(&self, moments: &[(DVec3, DQuat); 3], seconds: f64, noise: Noise) -> ImuReading {
         let [(p0, q0), (p1, q1), (p2, q2)] = *moments;
         let acceleration = ((p2 - p1) - (p1 - p0)) / (seconds * seconds);

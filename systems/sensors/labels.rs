@@ -1,4 +1,4 @@
-//! What outputs call the things that are seen: semantic classes, and what counts as one thing.
+//! Labels of visible things in outputs: semantic classes, and instances.
 
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,13 +16,13 @@ pub struct Instance;
 pub struct ClassInfo {
     /// In pictures of classes; 0 is what has no class.
     pub id: u8,
-    /// As scenes name it.
+    /// Name in scenes.
     pub name: String,
-    /// As it is painted, 8-bit sRGB.
+    /// Colour in painted pictures, 8-bit sRGB.
     pub color: [u8; 3],
-    /// Whether its instances are counted; else it is stuff, such as road or sky.
+    /// Set if its instances are counted; else it is stuff, such as road or sky.
     pub is_thing: bool,
-    /// As benchmarks number it; 255: it is left out of them.
+    /// Number in benchmarks; 255: it is left out of them.
     pub train_id: u8,
 }
 
@@ -55,7 +55,7 @@ impl Classes {
         self.0.iter().find(|class| class.name == name).map(|class| Class(class.id))
     }
 
-    /// What is known of a class; `None` for an id that is not listed.
+    /// Entry of a class; `None` for an id that is not listed.
     pub fn get(&self, class: Class) -> Option<&ClassInfo> {
         self.0.iter().find(|info| info.id == class.0)
     }

@@ -1,4 +1,4 @@
-//! Where something is in its lane.
+//! Place of something in its lane.
 
 use super::beams::positive;
 use serde::{Deserialize, Serialize};
@@ -30,10 +30,10 @@ impl LaneSensor {
     }
 }
 
-/// Where it is. All is 0 where no lane is near.
+/// Place in a lane. All is 0 where no lane is near.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct LaneReading {
-    /// Whether there is a lane.
+    /// Set if there is a lane.
     pub valid: bool,
     /// The route's place in the scene's list.
     pub route: u32,
@@ -43,12 +43,12 @@ pub struct LaneReading {
     pub offset: f64,
     /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
     pub heading_error: f64,
-    /// Of the middle of the lane, 1/m, left positive.
+    /// Curvature of the middle of the lane, 1/m, left positive.
     pub curvature: f64,
-    /// Of the lane, metres.
+    /// Width of the lane, metres.
     pub width: f64,
     /// Metres along the route's centre line from its beginning.
     pub along: f64,
-    /// Of the vehicle that the sensor is on, m/s along its forward; 0 on anything else.
+    /// Speed of the vehicle that the sensor is on, m/s along its forward; 0 on anything else.
     pub speed: f64,
 }

@@ -1,4 +1,4 @@
-//! Where lenses put what they see: from a point in camera axes to its pixel, and back.
+//! Projections of lenses: from a point in camera axes to its pixel, and back.
 //!
 //! Camera axes are X right, Y down, Z forward, in metres. Pixel (u, v) has its centre at integers ([`Intrinsics`]).
 //! Lenses that bend are those of OpenCV ("Camera Calibration and 3D Reconstruction", and its part on fisheye cameras).
@@ -23,7 +23,7 @@ use glam::{DMat2, DVec2, DVec3, dvec2};
 /// On the way out from the axis, where is looked for folds.
 const PLACES: u32 = 16;
 
-/// Of Newton's method, and of the halvings of one of its steps.
+/// Limit of Newton's method, and of the halvings of one of its steps.
 const MOST_STEPS: u32 = 64;
 
 /// Relative to 1 and the result: a last step of Newton's method is at most so long.
@@ -32,11 +32,11 @@ const CLOSE: f64 = 1e-12;
 /// Coefficients and pixels are at most this.
 const LARGEST: f64 = 1e9;
 
-/// Where a map of the plane puts a point, with its derivatives; `None` where it has no value.
+/// Image of a point under a map of the plane, with its derivatives; `None` where it has no value.
 type Image = Option<(DVec2, DMat2)>;
 
 impl Lens {
-    /// Whether straight lines become curves, so that no rasterizer draws its picture as it is.
+    /// Tells if straight lines become curves, so that no rasterizer draws its picture as it is.
     pub fn bends(&self) -> bool {
         matches!(self, Self::BrownConrady { .. } | Self::KannalaBrandt { .. })
     }
@@ -103,7 +103,7 @@ impl CameraSensor {
     /// Says what is wrong with its lens: numbers that are none, or a fold within the picture.
     ///
     /// # Errors
-    /// What was expected, or where it folds.
+    /// The expectation that failed, or the place of the fold.
     pub fn check_lens(&self) -> Result<(), String> {
         let coefficients = match &self.lens {
             Lens::FieldOfView { .. } | Lens::Orthographic { .. } => return Ok(()),
@@ -143,7 +143,7 @@ impl CameraSensor {
         }
     }
 
-    /// Why a lens that bends does not see a pixel, other than by its largest angle.
+    /// Reason for which a lens that bends does not see a pixel, other than its largest angle.
     fn fold_before(&self, u: f64, v: f64, limit: f64) -> Option<String> {
         if self.direction(u, v).is_some() {
             return None;
@@ -169,7 +169,7 @@ impl CameraSensor {
         Some(format!("folds at {fold}, {pixels:.1} pixels from the principal point, within the picture"))
     }
 
-    /// Of a parallel projection: pixels a metre, and the pixel of the axis.
+    /// Scale of a parallel projection, pixels a metre, and the pixel of its axis.
     fn parallel(&self, half_height: f32) -> [DVec2; 2] {
         let size = dvec2(self.size.0.into(), self.size.1.into());
         [DVec2::splat(size.y / (2.0 * f64::from(half_height))), (size - 1.0) / 2.0]
@@ -180,7 +180,7 @@ fn pixel(intrinsics: &Intrinsics, image: DVec2) -> Option<DVec2> {
     Some(image * dvec2(intrinsics.fx, intrinsics.fy) + dvec2(intrinsics.cx, intrinsics.cy))
 }
 
-/// Of a point of the plane at a distance of 1. None beyond where the denominator is 0.
+/// Maps a point of the plane at a distance of 1. `None` beyond where the denominator is 0.
 fn brown_conrady(&[k1, k2, p1, p2, k3, k4, k5, k6]: &[f64; 8], point: DVec2) -> Image {
     let (x, y, s) = (point.x, point.y, point.length_squared());
     let above = 1.0 + s * (k1 + s * (k2 + s * k3));
@@ -197,7 +197,7 @@ fn brown_conrady(&[k1, k2, p1, p2, k3, k4, k5, k6]: &[f64; 8], point: DVec2) -> 
     (below > 0.0).then(|| (image, DMat2::from_cols(by_x, by_y)))
 }
 
-/// Of an angle from the axis, which is x; y stays.
+/// Maps an angle from the axis, which is x, to a radius; y stays.
 fn kannala_brandt(&[k1, k2, k3, k4]: &[f64; 4], point: DVec2) -> Image {
     let angle = point.x;
     let s = angle * angle;
@@ -206,19 +206,19 @@ fn kannala_brandt(&[k1, k2, k3, k4]: &[f64; 4], point: DVec2) -> Image {
     Some((dvec2(radius, point.y), DMat2::from_diagonal(dvec2(grows, 1.0))))
 }
 
-/// Whether the map grows there in every direction: its derivatives, which are symmetric, are positive definite. A map
+/// Tells if the map grows there in every direction: its derivatives, which are symmetric, are positive definite. A map
 /// that does so all over a convex region puts no two of its points into one place.
 fn is_upright(image: &Image) -> bool {
     image.is_some_and(|(_, grows)| grows.determinant() > 0.0 && grows.x_axis.x + grows.y_axis.y > 0.0)
 }
 
-/// Whether the map does not fold from the middle to a point.
+/// Tells if the map does not fold from the middle to a point.
 fn is_plain(map: impl Fn(DVec2) -> Image, point: DVec2) -> bool {
     (1..=PLACES).all(|place| is_upright(&map(point * (f64::from(place) / f64::from(PLACES)))))
 }
 
-/// What a map puts there, by Newton's method from the middle on: of points before a fold alone. Steps are halved until
-/// they lead nearer, and not over a fold.
+/// Finds the point that a map puts there, by Newton's method from the middle on. It finds points before a fold alone.
+/// Steps are halved until they lead nearer, and not over a fold.
 fn inverse(map: impl Fn(DVec2) -> Image, image: DVec2) -> Option<DVec2> {
     let mut point = DVec2::ZERO;
     let (mut at, mut grows) = map(point)?;
@@ -239,7 +239,7 @@ fn inverse(map: impl Fn(DVec2) -> Image, image: DVec2) -> Option<DVec2> {
     None
 }
 
-/// How far out in a direction a map folds first, and where that is seen; at most a limit.
+/// Radius of a map's first fold in a direction, and the fold's image; at most a limit.
 fn fold(map: impl Fn(DVec2) -> Image, along: DVec2, limit: f64) -> Option<(f64, DVec2)> {
     let is_upright_at = |radius: f64| is_upright(&map(along * radius));
     let radii = std::iter::successors(Some(1e-3), |radius| Some(radius * 1.005));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LidarSensor {
-    /// What a column fires.
+    /// Beams of a column.
     pub beams: Beams,
     /// Revolutions per second.
     pub hz: f32,
@@ -16,11 +16,11 @@ pub struct LidarSensor {
     pub columns: u32,
     /// Metres along a beam from which on, and up to which, something is met. What is nearer is not in the way.
     pub range: (f32, f32),
-    /// How fast intensity fades: e^(−attenuation · range). Per metre.
+    /// Fading of intensity: e^(−attenuation · range). Per metre.
     pub attenuation: f32,
     /// Each column is fired from where the sensor is at its time, not from where it is at the end.
     pub sweep: bool,
-    /// What real sensors get wrong.
+    /// Errors of real sensors.
     pub noise: LidarNoise,
 }
 
@@ -75,10 +75,10 @@ impl LidarSensor {
         within("noise.drop_below", self.noise.drop_below, 0.0, 1.0)
     }
 
-    /// Whether what it fires between two captures, so many seconds apart, can be held.
+    /// Checks that the beams between two captures, so many seconds apart, can be held.
     ///
     /// # Errors
-    /// How many beams that is.
+    /// The number of beams, and the most.
     pub fn check_beams(&self, seconds: f64) -> Result<(), String> {
         let columns = seconds * f64::from(self.hz) * f64::from(self.columns);
         let beams = columns * self.beams.rings().len() as f64;
@@ -122,11 +122,11 @@ impl LidarSensor {
 pub struct Columns {
     /// Counted since step 0; in its revolution a column is this number modulo the revolution's columns.
     pub first: u64,
-    /// How many there are.
+    /// Number of columns.
     pub count: u64,
     /// From the interval's begin to the first column, in columns: 0 to below 1.
     lead: f64,
-    /// Of the interval, in columns.
+    /// Length of the interval, in columns.
     length: f64,
     /// From one column to the next.
     pub seconds: f64,

@@ -11,7 +11,7 @@ const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const KEY_STEPS: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 const ROUNDS: usize = 10;
 
-/// How many quantiles of the normal distribution [`normal`] chooses from.
+/// Number of quantiles of the normal distribution that [`normal`] chooses from.
 pub const QUANTILES: usize = 4096;
 
 /// Philox4x32-10.
@@ -77,8 +77,8 @@ pub fn normal_table() -> &'static [f32; QUANTILES] {
     &TABLE
 }
 
-/// What a standard normal number is below with probability `p`, for `p` from 1e-11 to 1 − 1e-11; to a relative 1e-15
-/// (Wichura: "Algorithm AS 241: The Percentage Points of the Normal Distribution", Applied Statistics 37, 1988, PPND16).
+/// Quantile of the standard normal distribution, for `p` from 1e-11 to 1 − 1e-11; to a relative 1e-15 (Wichura:
+/// "Algorithm AS 241: The Percentage Points of the Normal Distribution", Applied Statistics 37, 1988, PPND16).
 pub fn normal_quantile(p: f64) -> f64 {
     let from_half = p - 0.5;
     if from_half.abs() <= 0.425 {

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-/// Of the ellipsoid, metres (NIMA TR8350.2, "Department of Defense World Geodetic System 1984", table 3.1).
+/// Ellipsoid's axes, metres, and flattening (NIMA TR8350.2, "Department of Defense World Geodetic System 1984", table
+/// 3.1).
 const EQUATORIAL: f64 = 6_378_137.0;
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 const POLAR: f64 = EQUATORIAL * (1.0 - FLATTENING);
@@ -10,7 +11,7 @@ const POLAR: f64 = EQUATORIAL * (1.0 - FLATTENING);
 const ECCENTRICITY: f64 = FLATTENING * (2.0 - FLATTENING);
 const SECOND_ECCENTRICITY: f64 = ECCENTRICITY / ((1.0 - FLATTENING) * (1.0 - FLATTENING));
 
-/// Of Bowring's iteration. One is exact to 1e-9 rad near the ground; the error falls by some 1e-4 with each.
+/// Rounds of Bowring's iteration. One is exact to 1e-9 rad near the ground; the error falls by some 1e-4 with each.
 const ROUNDS: usize = 4;
 
 /// A place on Earth.

@@ -1,4 +1,4 @@
 //! Gravity, which physics and inertial sensors agree on.
 
-/// How strong it is, everywhere: m/s², toward −Y.
+/// Acceleration of gravity, everywhere: m/s², toward −Y.
 pub const GRAVITY: f64 = 9.81;

@@ -71,7 +71,7 @@ pub fn inherit_hidden(
     }
 }
 
-/// Whether anything above an entity is hidden.
+/// Tells if anything above an entity is hidden.
 fn is_hidden_above(
     entity: Entity,
     hidden: &Query<(Entity, Ref<Hidden>), AlsoDisabled>,

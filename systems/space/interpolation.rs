@@ -12,10 +12,10 @@ use crate::ecs::parallel::in_parallel;
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::prelude::*;
 
-/// How far between the last two steps frames are drawn.
+/// Time of a frame between the last two steps.
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
 pub struct Interpolation {
-    /// Whether steps note what frames need for it.
+    /// Set if steps keep the transforms that frames interpolate from.
     pub enabled: bool,
     /// 0: the step before the last; 1: the last.
     pub fraction: f32,
@@ -57,7 +57,7 @@ impl Interpolated {
         self.jumps
     }
 
-    /// Whether it moved in the last step.
+    /// Tells if it moved in the last step.
     pub(crate) fn is_moving(&self, now: &Transform) -> bool {
         self.before.is_some_and(|before| before != *now)
     }

@@ -1,4 +1,4 @@
-//! Where entities are, and what follows from that alone.
+//! Places of entities, and their consequences.
 //!
 //! An entity has a [`Transform`] among its siblings; `propagation` derives its [`GlobalTransform`], parents before
 //! children, from what moved. Between two steps `interpolation` draws it somewhere on the way, and [`spin`] moves what

@@ -1,4 +1,4 @@
-//! What moves by itself.
+//! Motion of entities by themselves.
 
 use super::interpolation::Interpolated;
 use super::transform::Transform;
@@ -20,7 +20,7 @@ pub struct Spin {
 }
 
 impl Spin {
-    /// Whether its numbers are numbers, and its axis an axis.
+    /// Tells if its numbers are finite, its axis a unit vector and its start a rotation.
     pub(crate) fn is_sound(&self) -> bool {
         self.axis.is_normalized() && self.rate.is_finite() && self.start.is_normalized()
     }

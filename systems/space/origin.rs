@@ -1,4 +1,4 @@
-//! Where the world's coordinates count from.
+//! Origin of the world's coordinates.
 //!
 //! Places are kept in 32 bits, which are a millimetre apart 10 km from zero and half a metre apart where maps are, at
 //! thousands of kilometres. So whatever is read from files has its places in 64 bits, and the world has them from an
@@ -28,7 +28,7 @@ impl Origin {
     }
 }
 
-/// How far apart two neighbouring 32-bit numbers are, so far from zero; metres.
+/// Distance between two neighbouring 32-bit numbers that far from zero, metres.
 pub fn spacing(distance: f64) -> f64 {
     let distance = distance.abs() as f32;
     f64::from(distance.next_up()) - f64::from(distance)

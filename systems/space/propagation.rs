@@ -1,11 +1,11 @@
-//! Where everything is in the world: `GlobalTransform` from `Transform` and the parents above.
+//! Places of entities in the world: `GlobalTransform` from `Transform` and the parents above.
 //!
-//! What comes out is what `bevy_transform`'s systems make of the same hierarchies, to the bit; those read several
-//! columns of all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the
-//! others it reads 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent
-//! and children are written where the scan finds them, parts of a table in parallel. Of hierarchies, `topmost` finds
-//! the changed nodes that have no changed node above, and `propagate` goes down from these. What is below an entity
-//! without `Transform`, or in a ring of parents, keeps its place.
+//! Results are those of `bevy_transform`'s systems for the same hierarchies, to the bit. Those read several columns of
+//! all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the others it
+//! reads 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent and
+//! children are written where the scan finds them, parts of a table in parallel. Of hierarchies, `topmost` finds the
+//! changed nodes that have no changed node above, and `propagate` goes down from these. What is below an entity without
+//! `Transform`, or in a ring of parents, keeps its place.
 //!
 //! An [`Interpolated`] entity is placed between its last two transforms; where the window draws frames between steps,
 //! those that moved in the last step are placed anew in each.
@@ -31,7 +31,7 @@ type Nodes<'w, 's> = Query<'w, 's, Node>;
 pub struct NewParents(Vec<Entity>);
 
 impl NewParents {
-    /// As they came; some may be gone, or have another parent by now.
+    /// Entities in the order in which they came; some may be gone, or have another parent by now.
     pub(crate) fn entities(&self) -> &[Entity] {
         &self.0
     }
@@ -42,12 +42,12 @@ pub fn note_parent(inserted: On<Insert<ChildOf>>, mut new: ResMut<NewParents>) {
     new.0.push(inserted.entity);
 }
 
-/// How a frame places what is interpolated.
+/// Placement of interpolated entities in a frame.
 #[derive(Clone, Copy)]
 struct Between {
-    /// Of the last step: 1 is the state itself.
+    /// Part of the last step: 1 is the state itself.
     fraction: f32,
-    /// Whether that differs from the frame before.
+    /// Set if the part differs from that of the frame before.
     is_new: bool,
 }
 
@@ -130,7 +130,7 @@ fn place(Transform { translation, rotation, scale }: &Transform) -> GlobalTransf
     GlobalTransform::from(Affine3A::from_scale_rotation_translation(*scale, *rotation, *translation))
 }
 
-/// What is known of a node while a frame's changed nodes are sorted out.
+/// Knowledge of a node while a frame's changed nodes are sorted out.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 enum Mark {
     #[default]
@@ -145,14 +145,14 @@ enum Mark {
     Below,
 }
 
-/// What [`update_transforms`] keeps from frame to frame, lest it be allocated in each.
+/// Memory that [`update_transforms`] keeps from frame to frame, lest it be allocated in each.
 #[derive(Default)]
 pub struct Kept {
     /// By the indices of entities.
     marks: Vec<Mark>,
     /// Those that are not `Unknown`.
     marked: Vec<usize>,
-    /// What the frame before was drawn at, of a step.
+    /// Part of a step at which the frame before was drawn.
     fraction: Option<f32>,
 }
 
@@ -193,7 +193,7 @@ impl Kept {
         distinct.iter().map(|&entity| (entity, parents.get(entity).ok().and_then(global))).collect()
     }
 
-    /// Whether there is a changed node above: climbs until it is known, and marks the way.
+    /// Tells if there is a changed node above: climbs until it is known, and marks the way.
     fn climb(&mut self, entity: Entity, nodes: &Nodes, parents: &Query<&ChildOf>) -> Mark {
         let parent = |entity| parents.get(entity).ok().map(ChildOf::parent);
         let start = parent(entity);

@@ -1,8 +1,8 @@
-//! Where an entity is: [`Transform`] among its siblings, [`GlobalTransform`] in the world.
+//! Place of an entity: [`Transform`] among its siblings, [`GlobalTransform`] in the world.
 //!
-//! As `bevy_transform`'s components of these names, in what matters to systems for a frame: both
-//! columns have a summary tick, so that a table in which nothing moved is passed over in one comparison, however many
-//! rows it has; and a place in the world takes 48 bytes, not 64. `propagation.rs` derives the one from the other.
+//! Both follow `bevy_transform`'s components of these names, with two differences that matter to systems of a frame.
+//! Each column has a summary tick: a table in which nothing moved is passed over in one comparison, whatever its size.
+//! And a place in the world takes 48 bytes, not 64. `propagation.rs` derives the one from the other.
 
 use bevy_ecs::prelude::*;
 use glam::{Affine3, Affine3A, Mat3, Mat4, Quat, Vec3};
@@ -24,7 +24,7 @@ pub const LARGEST: f64 = 1e6;
 pub struct Transform {
     /// Metres.
     pub translation: Vec3,
-    /// Of unit length.
+    /// Unit quaternion.
     pub rotation: Quat,
     /// Along the entity's own axes; negative ones mirror.
     pub scale: Vec3,
@@ -109,24 +109,24 @@ impl Transform {
         self.rotation = rotation * self.rotation;
     }
 
-    /// As a map of points.
+    /// Affine map of points from the entity's coordinates to its parent's.
     #[inline(always)]
     pub fn compute_affine(&self) -> Affine3A {
         Affine3A::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
     }
 
-    /// As a map of homogeneous points.
+    /// Homogeneous matrix from the entity's coordinates to its parent's.
     pub fn to_matrix(&self) -> Mat4 {
         Mat4::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
     }
 
-    /// Where a point of the entity is in its parent's coordinates.
+    /// Maps a point from the entity's coordinates to its parent's.
     pub fn transform_point(&self, point: Vec3) -> Vec3 {
         self.rotation * (self.scale * point) + self.translation
     }
 
-    /// That of a child of this one, in the coordinates of this one's parent; without the shear that a turned child has
-    /// in a parent of uneven scale.
+    /// Transform of a child of this one, in the coordinates of this one's parent. It leaves out the shear that a turned
+    /// child has in a parent of uneven scale.
     #[must_use]
     pub fn mul_transform(&self, child: Self) -> Self {
         Self {
@@ -136,7 +136,7 @@ impl Transform {
         }
     }
 
-    /// Where it looks; a unit vector, as those of the other sides.
+    /// Direction in which it looks; a unit vector, like those of the other sides.
     pub fn forward(&self) -> Vec3 {
         -self.back()
     }
@@ -166,14 +166,14 @@ impl Transform {
         -self.up()
     }
 
-    /// Whether all of it is finite and within what scenes and calls may ask for: places of the world count from an
-    /// origin that may be [`FARTHEST`] away itself.
+    /// Tells if all of it is finite and within the bounds of scenes and calls. Places of the world count from an origin
+    /// that may be [`FARTHEST`] away itself.
     pub fn is_sound(&self) -> bool {
         let is_near = self.translation.as_dvec3().abs().max_element() <= 2.0 * FARTHEST;
         self.is_finite() && is_near && self.scale.as_dvec3().abs().max_element() <= LARGEST
     }
 
-    /// Whether all of it is finite.
+    /// Tells if all of it is finite.
     pub fn is_finite(&self) -> bool {
         self.translation.is_finite() && self.rotation.is_finite() && self.scale.is_finite()
     }
@@ -188,7 +188,7 @@ impl Mul for Transform {
     }
 }
 
-/// Of length 1; `None` without a direction.
+/// Normalizes a vector; `None` without a direction.
 fn unit(vector: Vec3) -> Option<Vec3> {
     let length = vector.length();
     (length.is_finite() && length > 0.0).then(|| vector / length)
@@ -210,13 +210,13 @@ impl GlobalTransform {
     /// The world's own coordinates.
     pub const IDENTITY: Self = Self(Affine3::IDENTITY);
 
-    /// As a map of points.
+    /// Affine map of points from the entity's coordinates to the world's.
     #[inline(always)]
     pub fn affine(&self) -> Affine3A {
         self.0.into()
     }
 
-    /// As a map of homogeneous points.
+    /// Homogeneous matrix from the entity's coordinates to the world's.
     pub fn to_matrix(&self) -> Mat4 {
         self.affine().into()
     }
@@ -237,19 +237,19 @@ impl GlobalTransform {
         Transform { translation, rotation, scale }
     }
 
-    /// Where a point of the entity is in the world.
+    /// Maps a point from the entity's coordinates to the world's.
     pub fn transform_point(&self, point: Vec3) -> Vec3 {
         self.affine().transform_point3(point)
     }
 
-    /// That of a child of this one.
+    /// Global transform of a child of this one.
     #[must_use]
     #[inline(always)]
     pub fn mul_transform(&self, child: Transform) -> Self {
         (self.affine() * child.compute_affine()).into()
     }
 
-    /// Where the entity looks, along its −Z; a unit vector, as those of the other sides.
+    /// Direction in which the entity looks, along its −Z; a unit vector, like those of the other sides.
     pub fn forward(&self) -> Vec3 {
         -self.back()
     }

@@ -1,4 +1,4 @@
-//! What vehicles are as components, and the ids in them.
+//! Components of vehicles, and the ids in them.
 
 use crate::space::interpolation::Interpolated;
 use crate::space::transform::{FARTHEST, Transform};
@@ -27,9 +27,9 @@ pub const FASTEST: f64 = 2000.0 / 3.6;
 #[require(Transform, VehicleNumber, Motion, Controls, Interpolated)]
 #[component(immutable)]
 pub struct Vehicle {
-    /// What it is.
+    /// Type.
     pub kind: VehicleTypeId,
-    /// Which of the type's paints; counted round.
+    /// Index of the type's paint; counted round.
     pub paint: u32,
 }
 
@@ -65,22 +65,22 @@ impl Default for VehicleNumber {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct NextVehicleNumber(pub u32);
 
-/// Where a vehicle is and how it moves. State: written by whatever moves it. What adds up from step to step has 64
-/// bits: in 32, a step of 0.1 ms would be lost in a place kilometres away.
+/// Place and motion of a vehicle. State: written by whatever moves it. Sums over steps have 64 bits: in 32, a step of
+/// 0.1 ms would be lost in a place kilometres away.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Motion {
-    /// Of its origin in world space, metres. The entity's translation is this, rounded; where something else writes
+    /// Place of its origin in world space, metres. The entity's translation is this, rounded; if something else writes
     /// another translation, this follows.
     pub place: DVec3,
     /// Along its own forward, m/s; negative in reverse.
     pub speed: f64,
-    /// Of `speed`, m/s².
+    /// Derivative of `speed`, m/s².
     pub acceleration: f32,
-    /// Of the front wheels, about the up axis: the bicycle model's, that of a wheel in the middle.
+    /// Steering angle of the front wheels, about the up axis: the bicycle model's, that of a wheel in the middle.
     pub steering: f32,
     /// World space, about +Y, 0 along +Z. The entity's rotation follows from it and from the ground.
     pub yaw: f64,
-    /// Of a trailer against what pulls it, about +Y.
+    /// Angle of a trailer against what pulls it, about +Y.
     pub hitch: f64,
     /// Metres along its own forward since it was spawned: how far the wheels have turned.
     pub rolled: f64,
@@ -105,7 +105,7 @@ impl Motion {
     }
 }
 
-/// What is asked of a vehicle that no route drives, or that is under [`ManualControl`].
+/// Demand on a vehicle that no route drives, or that is under [`ManualControl`].
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Controls {
     /// 0..1 of the type's acceleration; −1..0 in reverse.
@@ -121,7 +121,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// Whether its numbers are within their ranges.
+    /// Tells if its numbers are within their ranges.
     pub(crate) fn is_sound(&self) -> bool {
         let ranges = [(self.throttle, -1.0), (self.brake, 0.0), (self.steer, -1.0)];
         ranges.iter().all(|(value, least)| (*least..=1.0).contains(value))
@@ -164,11 +164,11 @@ pub struct ManualControl;
 pub struct OnRoute {
     /// The route.
     pub route: RouteId,
-    /// Of the reference point, metres from the route's beginning.
+    /// Distance of the reference point from the route's beginning, metres.
     pub at: f64,
     /// The lane; while it changes, the one that it changes to.
     pub lane: u8,
-    /// How often it chose a route: what [`Routes::next`](super::routes::Routes::next) goes by.
+    /// Number of routes that it chose: an input of [`Routes::next`](super::routes::Routes::next).
     pub choices: u32,
     /// The routes and lanes that it came from, latest first.
     pub previous: [Option<(RouteId, u8)>; 2],
@@ -184,7 +184,7 @@ impl OnRoute {
         Self { route, at: at.into(), lane, ..Self::default() }
     }
 
-    /// Whether its numbers are numbers.
+    /// Tells if its numbers are finite; the wait may be infinite.
     pub(crate) fn is_sound(&self) -> bool {
         let change = self.change.is_none_or(|change| change.from.is_finite() && change.done.is_finite());
         self.at.is_finite() && !self.waited.is_nan() && change
@@ -194,16 +194,16 @@ impl OnRoute {
 /// A change of lane that is under way.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct LaneChange {
-    /// Where it began, metres to the left of the centre line.
+    /// Offset at its beginning, metres to the left of the centre line.
     pub from: f32,
     /// The lane that it leaves.
     pub from_lane: u8,
-    /// How much of it is done, 0..1.
+    /// Part of it that is done, 0..1.
     pub done: f64,
 }
 
-/// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every
-/// step instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
+/// Demand of a driver on a vehicle that something else moves, as physics do. Where a vehicle has it, drivers write it
+/// in every step instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Wanted {
     /// m/s², as [`Motion::acceleration`].

@@ -29,7 +29,7 @@ use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
 
-/// How often a vehicle that stands is put on the ground at most.
+/// Most times that a standing vehicle is put on the ground in a step.
 const SETTLED: usize = 16;
 
 type Columns<'a> = (
@@ -46,7 +46,7 @@ type Columns<'a> = (
     Has<Stalled>,
 );
 
-/// What all vehicles are moved by.
+/// World around all vehicles, which they are moved by.
 pub(super) struct Surroundings<'a> {
     pub routes: &'a Routes,
     pub types: &'a VehicleTypes,
@@ -253,7 +253,7 @@ fn is_sound(body: &Body, on: Option<&OnRoute>) -> bool {
         && body.transform.rotation.is_finite()
 }
 
-/// Where a vehicle last was, standing.
+/// Puts a vehicle where it last was, standing.
 fn restore(body: &mut Body, row: &Row) {
     let rolled = if body.motion.rolled.is_finite() { body.motion.rolled } else { 0.0 };
     body.jumped = true;

@@ -1,4 +1,4 @@
-//! Where several routes may follow one: which of them a vehicle takes, and how far they are in each other's way.
+//! Forks, where several routes may follow one: the choice of a vehicle, and how far the routes are in each other's way.
 //!
 //! A route may be for some lanes of the one before it only, as a lane for turning, and for vehicles up to a length.
 //! Among those that are open to it a vehicle chooses by a function of the seed, its number and how often it chose
@@ -12,7 +12,7 @@ use glam::DVec3;
 /// A route that may follow another.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Next {
-    /// Which.
+    /// The following route.
     pub id: RouteId,
     /// A bit for each lane of the route before from which it may be chosen; the last one is for all further lanes.
     lanes: u16,
@@ -35,14 +35,14 @@ impl Next {
 /// The lane of the highest bit of [`Next`].
 const LAST_LANE: u8 = u16::BITS as u8 - 1;
 
-/// Where a vehicle has to choose.
+/// End of a route where a vehicle has to choose.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Fork {
     /// The route at whose end it is.
     pub route: RouteId,
     /// Its lane there.
     pub lane: u8,
-    /// How often it chose before.
+    /// Number of choices before.
     pub choices: u32,
 }
 
@@ -55,7 +55,7 @@ impl From<&OnRoute> for Fork {
 /// A vehicle that chooses.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Chooser {
-    /// Of its [`super::VehicleNumber`].
+    /// Value of its [`super::VehicleNumber`].
     pub number: u32,
     /// Metres, from the front to the end of a trailer.
     pub length: f32,
@@ -86,14 +86,14 @@ impl Routes {
 /// (`on_route.rs`). Nothing is put across a wider gap.
 pub const APART: f64 = 12.0;
 
-/// How far the nearest lanes of a route and of one that may follow it are apart, and where.
+/// Distance between the nearest lanes of a route and of one that may follow it, and its ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Gap {
     /// Between the end of the one and the beginning of the other.
     pub metres: f64,
-    /// Where the lane ends, world space.
+    /// End of the lane, world space.
     pub end: DVec3,
-    /// Where the next one begins.
+    /// Beginning of the next one, world space.
     pub beginning: DVec3,
 }
 
@@ -123,7 +123,7 @@ pub(super) struct Parting {
     pub metres: f32,
 }
 
-/// Of the sum of half of both lanes' width: middles that are nearer are in each other's way.
+/// Part of half the sum of both lanes' widths: middles that are nearer are in each other's way.
 const NEAR: f32 = 0.9;
 /// Metres: ways part no later; steps in which the place is looked for.
 const LATEST: (f64, f64) = (40.0, 1.0);

@@ -1,4 +1,4 @@
-//! What vehicles stand on: the triangles of entities that are [`Ground`], in a grid seen from above.
+//! Ground under vehicles: the triangles of entities that are [`Ground`], in a grid seen from above.
 
 use super::steering;
 use crate::assets::library::Library;
@@ -28,7 +28,7 @@ pub struct Grounds {
     min: [f32; 2],
     cell: f32,
     size: [usize; 2],
-    /// Where the triangles of each cell begin among `entries`, and the end.
+    /// Beginning of the triangles of each cell among `entries`, and the end.
     starts: Vec<u32>,
     entries: Vec<u32>,
     /// The entities that it is of.
@@ -95,7 +95,7 @@ impl Grounds {
         (self.starts, self.entries) = (starts, entries);
     }
 
-    /// Whether there is none.
+    /// Tells if there is none.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }

@@ -1,4 +1,4 @@
-//! What a vehicle does under manual control.
+//! Motion of a vehicle under manual control.
 
 use super::components::Controls;
 use super::types::{Limits, VehicleType};

@@ -1,4 +1,4 @@
-//! What vehicles bring with them, and what becomes of an entity that is made one.
+//! Hooks and required components of vehicles, and the making of an entity into one.
 
 use super::components::{Motion, NextVehicleNumber, OnRoute, Vehicle, VehicleNumber};
 use super::ground::Grounds;

@@ -44,7 +44,7 @@ pub struct Lamp {
     pub vehicle: Entity,
     /// When it is on.
     pub kind: LampKind,
-    /// Of its light while it is on: low beam for head lamps, braking for tail lamps.
+    /// Intensity of its light while it is on: low beam for head lamps, braking for tail lamps.
     pub intensity: f32,
     /// Material of its glass while it is off, and while it is on.
     pub glass: Option<(MaterialId, MaterialId)>,
@@ -74,7 +74,7 @@ fn strike_off(mut world: DeferredWorld, context: HookContext) {
 }
 
 impl Lamp {
-    /// Whether its light is on, and its intensity then.
+    /// State of its light: on or off, and its intensity.
     pub fn light(&self, switches: Switches) -> (bool, f32) {
         let level = switches.level(self.kind);
         (level > 0.0, self.intensity * level)
@@ -86,10 +86,10 @@ impl Lamp {
     }
 }
 
-/// How much brighter than low beam high beam is.
+/// Ratio of the intensity of high beam to that of low beam.
 const HIGH_BEAM: f32 = 2.5;
 
-/// What a tail lamp shines with while it does not brake, of what it shines with then.
+/// Ratio of the intensity of a tail lamp that does not brake to that of one that does.
 const TAIL: f32 = 0.25;
 
 /// m/s²: slowing down more than this is done with the brakes.
@@ -98,13 +98,13 @@ const BRAKES: f64 = -0.6;
 /// Seconds an indicator is on, and then off: 90 a minute (UN Regulation 48: 60 to 120).
 const BLINK: f64 = 1.0 / 3.0;
 
-/// Which lamps of a vehicle are on. State that follows from the rest; kept to see what changes.
+/// Switches of the lamps of a vehicle. State that follows from the rest; kept to see what changes.
 #[derive(Component, Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[serde(from = "u8", into = "u8")]
 #[component(summary_tick)]
 pub struct Switches {
     on: u8,
-    /// What the lamps were brought in line with.
+    /// Switches that the lamps were last brought in line with.
     shown: u8,
 }
 
@@ -137,7 +137,7 @@ impl Switches {
     /// Some lamps may be any way.
     const UNKNOWN: u8 = 128;
 
-    /// What is on at a time, seconds since the start.
+    /// Finds the lamps that are on at a time, seconds since the start.
     pub fn of(number: VehicleNumber, motion: &Motion, controls: &Controls, seconds: f64) -> Self {
         let mut bits = match controls.headlights {
             Headlights::Off => 0,
@@ -168,7 +168,7 @@ impl Switches {
         self.on & bit != 0
     }
 
-    /// Of a lamp's full intensity.
+    /// Part of a lamp's full intensity; more than 1 for high beam.
     pub fn level(self, kind: LampKind) -> f32 {
         let on = |is_on: bool| f32::from(u8::from(is_on));
         let beam = self.has(Self::LOW | Self::HIGH);

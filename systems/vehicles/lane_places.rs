@@ -1,4 +1,4 @@
-//! Where a point is in a lane: the foot of the perpendicular on a route's centre line, and the lane beside it.
+//! Place of a point in a lane: the foot of the perpendicular on a route's centre line, and the lane beside it.
 
 use super::components::{OnRoute, RouteId};
 use super::route_line::angle;
@@ -13,9 +13,9 @@ const STEPS: usize = 32;
 const NEAR: f64 = 1e-9;
 
 impl Routes {
-    /// Where a point that looks some way is in a lane: the nearest of the route that it is `on`, or else the nearest of
-    /// all routes whose centre lines are within `reach` metres and no more than 3 m higher or lower. Of these, one that
-    /// goes its way comes before those that go against it. `None`: there is no lane near.
+    /// Finds the lane of a point that looks some way. It is the nearest of the route that it is `on`, or else the
+    /// nearest of all routes near by. Their centre lines are within `reach` metres and no more than 3 m higher or
+    /// lower. Of these, one that goes its way comes before those that go against it. `None`: there is no lane near.
     ///
     /// Beyond its end a route goes on straight, for what is on it; for others it ends there.
     pub fn lane_at(&self, on: Option<&OnRoute>, point: DVec3, forward: DVec3, reach: f64) -> Option<LaneReading> {

@@ -19,7 +19,7 @@ const INDICATED: (f32, f64) = (0.5, 40.0);
 const LOST: f32 = APART as f32;
 
 impl Surroundings<'_> {
-    /// As its route wants.
+    /// Moves a vehicle as its route wants, or writes the demand to `wanted`.
     pub(super) fn follow(&self, body: &mut Body, on: &mut OnRoute, wanted: Option<&mut Wanted>) {
         let Some(route) = self.routes.get(on.route) else { return };
         let (kind, seconds, speed) = (body.kind, self.seconds, body.motion.speed);
@@ -82,7 +82,7 @@ impl Surroundings<'_> {
         self.routes.next(on.into(), body.kind.chooser(body.number))
     }
 
-    /// Whether going on on that route is to be put to its beginning.
+    /// Tells if a vehicle that goes on on that route is to be put to its beginning.
     fn jumps(&self, route: &Route, on: &OnRoute, next: RouteId) -> bool {
         !route.closed && next == on.route && self.routes.begins_anew(route)
     }

@@ -1,4 +1,4 @@
-//! What a vehicle consists of: entities below it, some of which move with it.
+//! Parts of a vehicle: entities below it, some of which move with it.
 
 use super::components::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, Wanted};
 use super::lamps::{Lamp, LampKind, Switches};
@@ -21,19 +21,19 @@ const TRAILER: &str = "trailer";
 /// One part of a [`crate::vehicles::types::VehicleType`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Part {
-    /// As its node is called.
+    /// Name of its node.
     pub name: String,
     /// The part that it is fixed to, one of those before it; `None`: the vehicle.
     pub parent: Option<usize>,
     /// `parent_from_part` while the vehicle stands straight.
     pub rest: Transform,
-    /// What is drawn here.
+    /// Mesh and material that are drawn here.
     pub drawn: Option<(MeshId, MaterialId)>,
     /// The material in each of the type's paints; empty where it is not painted.
     pub painted: Vec<MaterialId>,
-    /// How it moves against its parent.
+    /// Movement against its parent.
     pub movement: Option<Movement>,
-    /// What lamp it is.
+    /// Kind of lamp.
     pub lamp: Option<PartLamp>,
 }
 
@@ -48,14 +48,14 @@ pub struct PartLamp {
     pub lit: Option<MaterialId>,
 }
 
-/// How a part of a vehicle moves against its parent.
+/// Movement of a part of a vehicle against its parent.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Movement {
     /// Turns about X as the vehicle rolls, and about Y with the steering angle.
     Wheel {
         /// Metres rolled per radian.
         radius: f32,
-        /// Whether it turns with the steering.
+        /// Set if it turns with the steering.
         steers: bool,
     },
     /// Turns about Y with the steering angle: a fork.
@@ -66,7 +66,7 @@ pub enum Movement {
         angle: f32,
         /// Metres rolled per swing there and back.
         stride: f32,
-        /// Of a swing, 0..1.
+        /// Part of a swing, 0..1.
         phase: f32,
     },
     /// Turns about Y by the angle of the hitch.
@@ -79,7 +79,7 @@ pub enum Movement {
 pub struct MovingPart {
     /// The vehicle.
     pub vehicle: Entity,
-    /// How.
+    /// Movement against its parent.
     pub movement: Movement,
     /// The rotation at rest.
     pub rest: Quat,

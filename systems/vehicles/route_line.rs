@@ -19,7 +19,7 @@ const FINE: (f64, usize) = (4.0, 4096);
 /// m/s² that drivers brake with toward a lower speed limit.
 const BRAKING: f32 = 1.5;
 
-/// Of the sideways acceleration that a driver allows: what they brake with toward a bend. One that takes bends gently
+/// Ratio of the braking toward a bend to the sideways acceleration that a driver allows. One that takes bends gently
 /// brakes gently too.
 const BRAKING_FOR_BENDS: f32 = 0.8;
 
@@ -202,7 +202,7 @@ pub(super) fn brake_ahead(samples: &mut [Sample], step: f32, after: (f32, f32)) 
 /// Metres of height that two stretches of a route are apart at least where one is a bridge over the other.
 const HEADROOM: f64 = 3.0;
 
-/// Where the centre line crosses itself in one level, if it does.
+/// Place at which the centre line crosses itself in one level, if it does.
 pub fn self_crossing(route: &Route) -> Option<DVec3> {
     let samples = route.samples();
     let count = samples.len() - 1;
@@ -232,7 +232,7 @@ fn around([x, z]: [i32; 2]) -> impl Iterator<Item = [i32; 2]> {
     (-1..=1).flat_map(move |i| (-1..=1).map(move |j| [x.saturating_add(i), z.saturating_add(j)]))
 }
 
-/// Where on a–b, 0..1, c–d crosses it, seen from above.
+/// Place on a–b, 0..1, at which c–d crosses it, seen from above.
 fn crossing(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Option<f64> {
     let side = |a: DVec3, b: DVec3, p: DVec3| (b.x - a.x) * (p.z - a.z) - (b.z - a.z) * (p.x - a.x);
     // A point on the other line counts to one side, so that lines that cross at their points do cross.
@@ -244,7 +244,7 @@ fn crossing(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Option<f64> {
 /// Metres.
 const CELL: f64 = 16.0;
 
-/// Which routes come through a cell of a grid, and at which of their samples.
+/// Routes through the cells of a grid, and their samples there.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Cells(HashMap<[i32; 2], Vec<(RouteId, u32)>>);
 

@@ -17,10 +17,10 @@ use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec2, Vec3Swizzles};
 
-/// What a route is; all lengths along the centre line, from its beginning.
+/// Plan of a route; all lengths along the centre line, from its beginning.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RoutePlan {
-    /// As scenes name it.
+    /// Name in scenes.
     pub name: String,
     /// World space, metres; of a closed route the first is not repeated at the end. At least two that differ.
     pub points: Vec<DVec3>,
@@ -36,11 +36,11 @@ pub struct RoutePlan {
     pub speed_limit: f32,
     /// From `.0` metres on, `.1` m/s; ascending.
     pub limits: Vec<(f32, f32)>,
-    /// Where vehicles wait.
+    /// Stops of vehicles.
     pub stops: Vec<Stop>,
-    /// What may follow at the end; a vehicle chooses evenly among those that are open to it ([`Routes::next`]). None:
-    /// the same route again, from its beginning. One that begins more than [`forks::APART`] from the end is not taken,
-    /// unless it is the route itself.
+    /// Routes that may follow at the end; a vehicle chooses evenly among those that are open to it ([`Routes::next`]).
+    /// None: the same route again, from its beginning. One that begins more than [`forks::APART`] from the end is not
+    /// taken, unless it is the route itself.
     pub then: Vec<RouteId>,
     /// The lanes of the route before from which vehicles choose this one; none: from all.
     pub from_lanes: Vec<u8>,
@@ -73,15 +73,15 @@ impl Default for RoutePlan {
 pub struct Stop {
     /// Metres from the route's beginning.
     pub at: f32,
-    /// What for.
+    /// Reason for which vehicles wait.
     pub wait: Wait,
-    /// Of a signal: metres beyond the line that are a crossing, in which none should stand; it ends with the route
-    /// after this one at the latest. One that would have to stand in it, or would meet one there that came by another
-    /// group of the signal, waits before the line.
+    /// Length of a signal's crossing beyond the line, metres, in which none should stand. It ends with the route after
+    /// this one at the latest. A vehicle waits before the line if it would have to stand in it. So does one that would
+    /// meet another there that came by another group of the signal.
     pub clear: f32,
 }
 
-/// What vehicles wait for at a [`Stop`].
+/// Reason for which vehicles wait at a [`Stop`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Wait {
     /// Until it is green: an index of [`super::signals::Signals::heads`].
@@ -93,7 +93,7 @@ pub enum Wait {
 /// A route, ready to be driven on. What every vehicle reads in every step lies together.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Route {
-    /// Of its centre line, metres.
+    /// Length of its centre line, metres.
     pub length: f64,
     /// Heading at its end against that at its beginning, radians, left positive.
     pub turn: f32,
@@ -107,11 +107,11 @@ pub struct Route {
     lanes: u8,
     /// The end is the beginning.
     pub closed: bool,
-    /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
+    /// Set if it is one of several ways that a vehicle may take: turning is indicated there only.
     pub is_one_of_several: bool,
-    /// What may follow: those of the plan that begin where it ends.
+    /// Routes that may follow: those of the plan that begin where it ends.
     pub then: Box<[Next]>,
-    /// Of the plan's `then` none begins where it ends: vehicles stop there.
+    /// Set if none of the plan's `then` begins where it ends: vehicles stop there.
     pub is_dead_end: bool,
     /// Metres from its beginning to the first line before a crossing; infinite without.
     pub(super) first_line: f32,
@@ -120,15 +120,15 @@ pub struct Route {
     /// Other ways that begin where it does, and how far from its beginning the last of them has parted from it.
     pub(super) partings: Box<[Parting]>,
     pub(super) parted: f32,
-    /// Where vehicles wait, ascending.
+    /// Stops of vehicles, ascending.
     pub stops: Box<[Stop]>,
     /// Evenly spaced from beginning to end.
     samples: Box<[Sample]>,
-    /// What it was made from.
+    /// Plan that it was made from.
     pub plan: Box<RoutePlan>,
 }
 
-/// Where the centre line is at some place.
+/// Place on the centre line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Place {
     /// World space.
@@ -137,7 +137,7 @@ pub struct Place {
     pub tangent: Vec2,
     /// Radians per metre, left positive.
     pub curvature: f32,
-    /// Of the speed limit there and of lower ones ahead that one has to brake for, m/s.
+    /// Speed limit there, with lower ones ahead that one has to brake for, m/s.
     pub limit: f32,
     /// Square of the speed that bends here and ahead allow, per m/s² of sideways acceleration.
     pub bend: f32,
@@ -155,7 +155,7 @@ impl Place {
         self.position + DVec3::new(aside.x, 0.0, aside.y)
     }
 
-    /// How far a point is from the centre line's: along the way it goes, and to the left of it.
+    /// Offset of a point from this place: along the way the line goes, and to the left of it.
     pub(super) fn off(&self, point: DVec3) -> (f64, f64) {
         let off = (point - self.position).xz();
         (off.dot(self.tangent.as_dvec2()), off.dot(self.left().as_dvec2()))
@@ -199,7 +199,7 @@ impl Route {
         self.level.unwrap_or_else(|| self.place(at).position.y)
     }
 
-    /// Of the centre line near `at`, radians per metre, left positive.
+    /// Curvature of the centre line near `at`, radians per metre, left positive.
     pub(super) fn curvature(&self, at: f64) -> f32 {
         let index = ((at * self.density).max(0.0) as usize).min(self.samples.len() - 1);
         self.samples[index].curvature
@@ -246,7 +246,7 @@ pub struct Routes {
     routes: Vec<Route>,
     /// Traffic keeps left: lane 0 is the leftmost.
     pub left_hand: bool,
-    /// What vehicles choose at forks depends on it.
+    /// Seed of the choices of vehicles at forks.
     pub seed: u64,
     lanes: u32,
     /// Those of several lanes.
@@ -313,7 +313,7 @@ impl Routes {
         self.routes.iter().position(|route| route.plan.name == name).map(|index| RouteId(index as u16))
     }
 
-    /// Whether there are none.
+    /// Tells if there are none.
     pub fn is_empty(&self) -> bool {
         self.routes.is_empty()
     }
@@ -334,13 +334,13 @@ impl Routes {
         from_edge * route.lane_width * if self.left_hand { -1.0 } else { 1.0 }
     }
 
-    /// Where a vehicle that is `at` metres along a lane stands.
+    /// Transform of a vehicle that is `at` metres along a lane.
     pub fn stand(&self, on: &OnRoute) -> Transform {
         let (place, yaw) = self.stand_at(on);
         Transform::from_translation(place.as_vec3()).with_rotation(about_y(yaw as f32))
     }
 
-    /// As [`Routes::stand`]: the place, and the yaw.
+    /// Transform of [`Routes::stand`] in 64 bits: the place, and the yaw.
     pub fn stand_at(&self, on: &OnRoute) -> (DVec3, f64) {
         let Some(route) = self.get(on.route) else { return (DVec3::ZERO, 0.0) };
         let place = route.place(on.at);
@@ -348,8 +348,8 @@ impl Routes {
         (place.beside(self.offset(route, on.lane)), tangent.x.atan2(tangent.y))
     }
 
-    /// Whether what goes on from the end of a route on the same route is put to its beginning: it has no `then`, or it
-    /// is among it, and does not lead back by itself.
+    /// Tells if a vehicle that goes on from the end of a route on the same route is put to its beginning. The route has
+    /// no `then`, or is among it, and does not lead back by itself.
     pub fn begins_anew(&self, route: &Route) -> bool {
         route.then.is_empty() || route.place(route.length).position.distance(route.place(0.0).position) > forks::APART
     }

@@ -16,19 +16,19 @@ use std::collections::BTreeMap;
 /// Times of a signal, seconds.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Signal {
-    /// As scenes name it.
+    /// Name in scenes.
     pub name: String,
-    /// Of each group, in turn.
+    /// Seconds of green of each group, in turn.
     pub green: Vec<f32>,
     /// After every green.
     pub amber: f32,
     /// All red after every amber.
     pub red: f32,
-    /// How far on the cycle is at time 0.
+    /// Position in the cycle at time 0, seconds.
     pub offset: f32,
 }
 
-/// What the head of a group shows.
+/// Colour of the head of a group.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
 pub enum Aspect {
     /// Stop.
@@ -46,7 +46,7 @@ impl Signal {
         self.green.iter().map(|green| f64::from(green + self.amber + self.red)).sum()
     }
 
-    /// What a group shows, and for how many seconds still (of red: until its own green).
+    /// Aspect of a group, and the seconds that it lasts still (of red: until its own green).
     pub fn aspect(&self, group: usize, seconds: f64) -> (Aspect, f32) {
         let cycle = self.cycle();
         // A signal without a cycle never lets anything go.
@@ -78,7 +78,7 @@ pub struct Signals {
     signals: Vec<Signal>,
     /// The first head of each signal among `shown`.
     first: Vec<u32>,
-    /// Of every group of every signal: what it shows, and for how many seconds still; infinite where it is held.
+    /// Aspect of every group of every signal, and the seconds that it lasts still; infinite where it is held.
     shown: Vec<(Aspect, f32)>,
 }
 
@@ -107,7 +107,8 @@ impl Signals {
         (group < self.signals[index].green.len()).then(|| self.first[index] + group as u32)
     }
 
-    /// What every group of every signal shows in this step, and for how many seconds still; infinite where it is held.
+    /// Aspect of every group of every signal in this step, and the seconds that it lasts still; infinite where it is
+    /// held.
     pub fn heads(&self) -> &[(Aspect, f32)] {
         &self.shown
     }
@@ -153,7 +154,7 @@ pub(crate) fn tick_signals_now(world: &mut World) {
 pub struct SignalHead {
     /// An index of [`Signals::heads`].
     pub head: u32,
-    /// What its lamps show; `None` before the first step.
+    /// Aspect that its lamps show; `None` before the first step.
     pub shown: Option<Aspect>,
 }
 

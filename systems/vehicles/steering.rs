@@ -1,4 +1,4 @@
-//! Where vehicles go: pure pursuit, the kinematic bicycle model, and what a trailer does behind it.
+//! Steering of vehicles: pure pursuit, the kinematic bicycle model, and the trailer behind it.
 
 use super::components::Motion;
 use super::turns::{about_y, left_of};
@@ -23,7 +23,7 @@ pub fn yaw(rotation: Quat) -> f64 {
     forward.x.atan2(forward.z)
 }
 
-/// How far ahead on its path a driver aims at, metres.
+/// Distance ahead on its path that a driver aims at, metres.
 pub fn lookahead(wheelbase: f32, speed: f32) -> f32 {
     (LOOKAHEAD.0 * wheelbase + LOOKAHEAD.1 * speed.abs()).clamp(1.0, LOOKAHEAD.2)
 }
@@ -58,11 +58,11 @@ pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, spee
     DVec2::new(sin, cos) * metres
 }
 
-/// How the angle φ = `hitch` of a trailer changes while the vehicle rolls and turns: by a step's `metres` and `turned`
-/// radians, or per second. The hitch moves by `metres` along the vehicle's forward and by h·`turned` to its left; the
+/// Change of the angle φ = `hitch` of a trailer while the vehicle rolls and turns: by a step's `metres` and `turned`
+/// radians, or per second. The hitch moves by `metres` along the vehicle's forward and by h·`turned` to its left. The
 /// trailer's axles only follow along the trailer, so that it turns by the part of that across it over its length
-/// (Rouchon, Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
-/// dψt = (−sin φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`.
+/// (Rouchon, Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993): dψt = (−sin
+/// φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`.
 pub(crate) fn hitch_change(trailer: &Trailer, hitch: f64, metres: f64, turned: f64) -> f64 {
     let (sin, cos) = hitch.sin_cos();
     (f64::from(trailer.hitch) * cos * turned - sin * metres) / f64::from(trailer.length.max(0.1)) - turned

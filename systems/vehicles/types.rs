@@ -76,10 +76,10 @@ impl VehicleTypes {
     }
 }
 
-/// What all vehicles of a type share.
+/// Properties that all vehicles of a type share.
 #[derive(Clone, PartialEq, Debug)]
 pub struct VehicleType {
-    /// As scenes name it.
+    /// Name in scenes.
     pub name: String,
     /// Width, height and length of the whole, a trailer apart, metres.
     pub size: Vec3,
@@ -91,13 +91,13 @@ pub struct VehicleType {
     pub track: f32,
     /// Kilograms.
     pub mass: f32,
-    /// What it can do.
+    /// Limits of its motion.
     pub limits: Limits,
-    /// How it is driven on a route.
+    /// Behaviour of its driver on a route.
     pub driver: Driver,
-    /// What it pulls.
+    /// Trailer that it pulls.
     pub trailer: Option<Trailer>,
-    /// What its model consists of; parents before children.
+    /// Parts of its model; parents before children.
     pub parts: Vec<Part>,
     /// Linear RGB that a painted part's base colour is multiplied with, to choose from.
     pub paints: Vec<Vec3>,
@@ -139,7 +139,7 @@ impl VehicleType {
         self.trailer.map_or(self.rear_overhang, |trailer| self.rear_overhang.max(trailer.end - trailer.hitch))
     }
 
-    /// As one of this type chooses its way.
+    /// Chooser of ways for a vehicle of this type.
     pub fn chooser(&self, number: u32) -> Chooser {
         Chooser { number, length: self.front() + self.rear() }
     }
@@ -152,7 +152,7 @@ impl VehicleType {
     }
 }
 
-/// What a vehicle can do.
+/// Limits of a vehicle's motion.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Limits {
     /// m/s.
@@ -209,7 +209,7 @@ impl Default for Driver {
     }
 }
 
-/// What a vehicle pulls: a part that turns about its hitch.
+/// Trailer: a part that turns about its hitch.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Trailer {
     /// The hitch along the vehicle's forward from its rear axle, metres.

@@ -16,12 +16,12 @@ pub(crate) struct Candidates {
     range: Vec<f32>,
     axis: [Vec<f32>; 3],
     tan: Vec<f32>,
-    /// Where the lights are in the tree.
+    /// Places of the lights in the tree.
     places: Vec<u32>,
     pub count: usize,
 }
 
-/// As many lights as a vector has lanes.
+/// Lights in the lanes of a vector.
 pub(crate) struct Row<S: Simd> {
     pub position: [Floats<S>; 3],
     pub range: Floats<S>,
@@ -30,7 +30,7 @@ pub(crate) struct Row<S: Simd> {
     pub places: S::u32s,
 }
 
-/// As many numbers of a list, from k on, as a vector has lanes.
+/// Loads numbers of a list from index k on, one per lane.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, list: &[f32], k: usize) -> Floats<S> {
     Floats::<S>::from_slice(simd, &list[k..k + Floats::<S>::LEN])
@@ -56,14 +56,14 @@ fn gap<S: Simd>(simd: S, min: Floats<S>, max: Floats<S>, other_min: f32, other_m
     (splat(simd, other_min) - max).max(min - splat(simd, other_max)).max(splat(simd, 0.0))
 }
 
-/// Which of the lights come near enough: a bit each.
+/// Lights that come near enough: a bit each.
 #[inline(always)]
 pub(crate) fn within<S: Simd>(simd: S, range: Floats<S>, gap_squared: Floats<S>, volume: &Volume) -> u64 {
     let reach = (range + splat(simd, volume.radius)) * splat(simd, 1.0 + MARGIN);
     (reach * reach).simd_gt(gap_squared).to_bitmask()
 }
 
-/// Which of the spots' cones meet the volume.
+/// Spots whose cones meet the volume: a bit each.
 #[inline(always)]
 pub(crate) fn cone_meets<S: Simd>(
     simd: S,
@@ -79,8 +79,9 @@ pub(crate) fn cone_meets<S: Simd>(
     cone_meets_box(simd, to_box, half, splat(simd, volume.radius), axis, tan)
 }
 
-/// Which cones meet boxes, given from the apex to the centre, grown by a radius: the score's own test for the point of
-/// the box that is furthest along the axis and the one that is nearest to it, with room for rounding.
+/// Lanes whose cone meets its box, given from the apex to the centre, grown by a radius. It is the score's own test,
+/// with room for rounding. It tests the point of the box that is furthest along the axis and the one that is nearest to
+/// it.
 #[inline(always)]
 fn cone_meets_box<S: Simd>(
     simd: S,
@@ -105,7 +106,7 @@ fn cone_meets_box<S: Simd>(
     (!outside).to_bitmask()
 }
 
-/// Which children of a node of objects a spot's cone may meet: a bit each.
+/// Children of a node of objects that a spot's cone may meet: a bit each.
 #[inline(always)]
 pub(crate) fn node_in_cone<S: Simd>(simd: S, node: &Node, spot: &ScoredLight) -> u64 {
     let (position, axis, tan) = (spot.position.to_array(), spot.axis.to_array(), outer_tan(spot.versine_outer));
@@ -127,7 +128,7 @@ pub(crate) fn node_in_cone<S: Simd>(simd: S, node: &Node, spot: &ScoredLight) ->
     bits
 }
 
-/// Which children of a node may reach the volume, or be reached from it: a bit each.
+/// Children of a node that may reach the volume, or be reached from it: a bit each.
 #[inline(always)]
 pub(crate) fn node_in_range<S: Simd>(simd: S, node: &Node, volume: &Volume) -> u64 {
     let mut bits = 0;
@@ -151,7 +152,7 @@ impl Candidates {
         }
     }
 
-    /// Where the lights are in the tree.
+    /// Places of the lights in the tree.
     pub fn places(&self) -> &[u32] {
         &self.places[..self.count]
     }

@@ -7,8 +7,8 @@
 //! list twice: for the best, which stay in registers, and for the ambient cube. Where objects may have more than three
 //! lights, it finds their thresholds in between, and lists what weighs something.
 //!
-//! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too
-//! far away in the order, and what is left alone goes through its packet's list by itself (`alone.rs`).
+//! If only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too
+//! far away in the order. An object that is left alone goes through its packet's list by itself (`alone.rs`).
 //!
 //! The result equals [`crate::lights::brute_force`] bit for bit on every instruction set: lights are added up in
 //! [`crate::lights::search_order`], nothing is fused or approximated, and each object's result depends on nothing
@@ -49,18 +49,18 @@ const FEW: usize = 3;
 /// Lists that a search reuses.
 #[derive(Default)]
 pub struct Scratch {
-    /// How many objects each group of the cluster has, and what is around them.
+    /// Number of objects in each group of the cluster, and the volume around them.
     groups: Vec<(usize, Option<Volume>)>,
-    /// How many groups each packet of the cluster has.
+    /// Number of groups in each packet of the cluster.
     packets: Vec<usize>,
     stack: Vec<(u32, u32)>,
     points: Nearby,
     spots: Nearby,
-    /// What reaches some object of the group: directional, point and spot lights.
+    /// Lights that reach some object of the group: directional, point and spot lights.
     reaching: [Reaching; 3],
-    /// What reaches an object that chooses by itself.
+    /// Lights that reach an object that chooses by itself.
     one: Vec<brute_force::Reaching>,
-    /// What the objects of the last search have beyond their three.
+    /// Lights beyond their three of the objects of the last search.
     pub further: ListedLights,
     listing: Listing,
 }
@@ -188,7 +188,7 @@ fn add_sparse<F: Found>(
     });
 }
 
-/// How many of the first places belong together: at most so many, in so long a span.
+/// Number of the first places that belong together: at most `count`, within `span` places.
 #[inline(always)]
 fn together(places: &[u32], count: usize, span: u32) -> usize {
     let places = &places[..count.min(places.len())];
@@ -372,9 +372,8 @@ fn select_group<S: Simd, F: Found, const KIND: u8>(
 /// The weights of a group's lights where objects may have more than three, as light after light is taken in.
 struct Listed<'a, S: Simd> {
     shares: Shares<S>,
-    /// Of the three, as if there were no others.
+    /// Weights of the three, as if there were no others.
     least: [Floats<S>; 3],
-    /// Of the three.
     weights: [Floats<S>; 3],
     /// Sum of what is left out of the scores.
     dropped: Floats<S>,

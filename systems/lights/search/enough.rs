@@ -1,5 +1,5 @@
-//! As many lights as leave out no more than a share, with objects in the lanes of a vector: the twin of
-//! [`enough`](crate::lights::enough), operation by operation.
+//! Weights for objects with as many lights as leave out no more than a share, in the lanes of a vector. It is the twin
+//! of [`enough`](crate::lights::enough), operation by operation.
 
 use super::lanes::{Floats, LANES, Met, Top, denominator, splat, splat4};
 use crate::lights::enough::{ALL, HALVINGS};
@@ -9,9 +9,9 @@ use crate::lights::tree::LightTree;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// What the objects of a group may leave out, one per lane.
+/// Light that the objects of a group may leave out, one per lane.
 pub(crate) struct Shares<S: Simd> {
-    /// Of the sum of scores.
+    /// Share of the sum of scores.
     tolerance: Floats<S>,
     /// Objects that may have more than three lights.
     pub listed: S::mask32s,

@@ -156,8 +156,8 @@ impl<S: Simd> Objects<S> {
     }
 }
 
-/// What [`Objects::score`] and `residual.rs` read of lights: of one for all lanes, or of one per lane.
-/// What is not used of it is not loaded.
+/// Fields of lights for [`Objects::score`] and `residual.rs`: of one light for all lanes, or of one per lane. Unused
+/// ones are not loaded.
 pub(crate) struct Shining<S: Simd> {
     pub position: [Floats<S>; 3],
     pub inverse_range_squared: Floats<S>,
@@ -242,7 +242,7 @@ impl<S: Simd> Shining<S> {
     }
 }
 
-/// Where objects are, seen from a light; along and off the axis only for spots.
+/// Distances of objects from a light; along and off the axis only for spots.
 pub(crate) struct Lengths<S: Simd> {
     pub distance: Floats<S>,
     pub along: Floats<S>,
@@ -272,7 +272,7 @@ impl Met {
         Floats::<S>::from_slice(simd, &self.score[..Floats::<S>::LEN])
     }
 
-    /// Whether the light reaches any of the objects.
+    /// Keeps the scores; tells if the light reaches any of the objects.
     #[inline(always)]
     pub fn set_score<S: Simd>(&mut self, simd: S, score: Floats<S>) -> bool {
         let zero = splat(simd, 0.0);
@@ -282,7 +282,7 @@ impl Met {
         self.bits != 0
     }
 
-    /// What [`Self::set_lengths`] got.
+    /// Distances that [`Self::set_lengths`] kept.
     #[inline(always)]
     pub fn lengths<S: Simd>(&self, simd: S) -> Lengths<S> {
         let lanes = Floats::<S>::LEN;
@@ -338,7 +338,7 @@ pub(crate) struct Top<S: Simd> {
     pub slots: [S::u32s; 3],
     /// Sum of the scores that are not among the first three.
     pub dropped: Floats<S>,
-    /// How many scores were above 0.
+    /// Number of scores above 0.
     pub reaching: S::u32s,
 }
 
@@ -395,7 +395,7 @@ impl<S: Simd> Top<S> {
         self.scores[0]
     }
 
-    /// Whether more than three lights reach some object, so that there is an ambient cube.
+    /// Tells if more than three lights reach some object, so that there is an ambient cube.
     #[inline(always)]
     pub fn has_fourth(&self) -> bool {
         self.scores[3].simd_gt(0.0).any_true()

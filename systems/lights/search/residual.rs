@@ -1,5 +1,5 @@
-//! What the weights leave out, with objects in the lanes of a vector: the last part of `lanes.rs`, of
-//! whose functions all is true that is said there.
+//! Residual light beyond the weights, with objects in the lanes of a vector. It is the last part of `lanes.rs`: all
+//! that is said there is true of these functions.
 
 use super::lanes::{Floats, Lengths, Met, Objects, Shining, cone_step, denominator, dot, range_window, splat, splat3};
 use crate::lights::record::LightRecord;
@@ -12,7 +12,7 @@ pub(crate) const POINT: u32 = LightRecord::POINT;
 /// Either kind of spot.
 pub(crate) const SPOT: u32 = LightRecord::SPOT_CONE;
 
-/// What the weights leave out, summed per lane.
+/// Ambient cube of the light that the weights leave out, summed per lane.
 pub(crate) struct Residual<S: Simd> {
     pub ambient: [Floats<S>; 3],
     pub direction: [Floats<S>; 3],
@@ -80,7 +80,7 @@ pub(crate) fn at_center<S: Simd, const KIND: u32>(
     (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
 }
 
-/// What spots give at an angle from their axis, of what they give along it.
+/// Falloff of spots: their light at an angle from the axis, as a part of that along it.
 #[inline(always)]
 fn in_cone<S: Simd>(
     simd: S,

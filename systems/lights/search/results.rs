@@ -1,4 +1,4 @@
-//! What the search finds, from the lanes of vectors to one element per object: whole, as tests compare it with the
+//! Results of the search, from the lanes of vectors to one element per object: whole, as tests compare it with the
 //! plain search, or packed, as objects keep it.
 
 use super::lanes::{Floats, LANES, Top, splat};
@@ -8,17 +8,17 @@ use crate::lights::table::Selection;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// What a search gives for an object.
+/// Result of a search for an object.
 pub trait Found: Copy + Default {
-    /// Of one object.
+    /// Makes the result of one object.
     fn new(selection: &Selection) -> Self;
 
-    /// Of the objects in the lanes, as many as there is room for.
+    /// Stores the results of the objects in the lanes, as many as there is room for.
     #[doc(hidden)]
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]);
 }
 
-/// What was found for a group of objects, one per lane.
+/// Results of a group of objects, one per lane.
 pub struct Lanes<'a, S: Simd> {
     pub(crate) top: &'a Top<S>,
     pub(crate) weights: [Floats<S>; 3],

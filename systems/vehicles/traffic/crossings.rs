@@ -59,7 +59,7 @@ impl Coming {
     }
 }
 
-/// What is in crossings: of each head of a signal, by which route those came in that passed its line and are inside.
+/// Vehicles in crossings: by head of a signal, the route of those that passed its line and are inside.
 #[derive(Default)]
 pub(crate) struct Inside(Vec<AtomicU32>);
 
@@ -109,7 +109,7 @@ impl Inside {
         }
     }
 
-    /// Whether one is there that passed the line of one of the heads, on a route that is not among these.
+    /// Tells if one is there that passed the line of one of the heads, on a route that is not among these.
     fn is_any(&self, mut heads: impl Iterator<Item = u32>, mut own: impl FnMut(u32) -> bool) -> bool {
         heads.any(|head| {
             let inside = self.0.get(head as usize).map_or(EMPTY, |inside| inside.load(Ordering::Relaxed));
@@ -138,7 +138,7 @@ impl Traffic {
         }
     }
 
-    /// Whether those that stand beyond the crossing leave room for it and all between.
+    /// Tells if those that stand beyond the crossing leave room for it and all between.
     fn has_room(&self, coming: &Coming, routes: &Routes, types: &VehicleTypes) -> bool {
         let row = &self.rows[coming.row as usize];
         let kind = types.get(row.kind);

@@ -1,4 +1,4 @@
-//! How fast to drive: the Intelligent Driver Model, for vehicles and stops ahead.
+//! Speed control: the Intelligent Driver Model, for vehicles and stops ahead.
 //!
 //! Treiber, Hennecke, Helbing, "Congested traffic states in empirical observations and microscopic simulations",
 //! Physical Review E 62 (2000): dv/dt = a·(1 − (v/v0)^δ − (s*/s)²) with s* = s0 + max(0, v·T + v·Δv / (2·√(a·b))).
@@ -50,7 +50,7 @@ pub fn equilibrium_gap(driver: &Driver, speed: f32, wanted_speed: f32) -> f32 {
     (driver.gap + speed * driver.headway) / (1.0 - (speed / wanted_speed).powf(driver.exponent)).sqrt()
 }
 
-/// How far ahead one looks, metres: what comfortable braking takes, and some.
+/// Distance that a driver looks ahead, metres: that of comfortable braking, and some.
 pub(crate) fn look_ahead(driver: &Driver, speed: f32) -> f32 {
     1.3 * speed * speed / (2.0 * driver.braking) + speed * driver.headway + 20.0
 }
@@ -103,7 +103,7 @@ impl<'a> Way<'a> {
     }
 }
 
-/// Whether one has to stand before a stop `distance` metres ahead. `waited`: whether the time at it is over.
+/// Tells if a vehicle has to stand before a stop `distance` metres ahead. `has_waited`: the time at it is over.
 pub(crate) fn is_closed(
     stop: &Stop,
     distance: f32,
@@ -127,7 +127,7 @@ pub(crate) fn is_closed(
     }
 }
 
-/// Whether a vehicle that stands waits before a stop, and how long it has to.
+/// Seconds that a standing vehicle has to wait before the stop ahead of it; `None`: it need not wait.
 pub(crate) fn dwell_ahead(routes: &Routes, number: u32, on: &OnRoute, kind: &VehicleType) -> Option<f32> {
     let reach = kind.driver.gap + 1.5;
     let mut way = Way::new(routes, number, kind, on)?;

@@ -109,7 +109,7 @@ fn starts_on(
     }
 }
 
-/// Whether two would be in one gap: nearer than what the faster drives in 2 s.
+/// Tells if two would be in one gap: nearer than the faster one drives in 2 s.
 fn overlaps(a: &Entry, b: &Entry) -> bool {
     let room = 5.0 + 2.0 * a.speed.max(b.speed);
     a.front + room > b.back && b.front + room > a.back

@@ -52,7 +52,7 @@ impl Entry {
 /// Vehicles that are worth a task.
 const LEAST: usize = 512;
 
-/// How lanes are shared out over tasks: 2^`bits` in each stretch.
+/// Division of lanes among tasks: 2^`bits` in each stretch.
 #[derive(Clone, Copy, Default, Debug)]
 pub(crate) struct Stretches {
     bits: u32,
@@ -67,7 +67,7 @@ impl Stretches {
     }
 }
 
-/// What one task found: entries and their lanes, by stretch; what comes to a crossing.
+/// Finds of one task: entries and their lanes, by stretch; vehicles that come to a crossing.
 #[derive(Default)]
 pub(crate) struct Found {
     bits: u32,
@@ -94,9 +94,9 @@ impl Found {
 pub(crate) struct Lanes {
     /// Sorted within each lane.
     entries: Vec<Entry>,
-    /// Where the entries of each lane begin, and the end.
+    /// Beginning of the entries of each lane, and the end.
     starts: Vec<u32>,
-    /// Of each stretch, the rows of vehicles in their lanes, in order.
+    /// Rows of vehicles in their lanes, in order, by stretch.
     pub order: Vec<Vec<u32>>,
 }
 
@@ -140,7 +140,7 @@ struct Stretch<'a> {
     first_lane: u32,
     /// Entries in the stretches before.
     base: u32,
-    /// Of each lane, where its entries begin among those of all stretches.
+    /// Beginning of each lane's entries, among those of all stretches.
     starts: &'a mut [u32],
     entries: &'a mut [Entry],
     order: &'a mut Vec<u32>,

@@ -1,4 +1,4 @@
-//! Which vehicle is ahead of which.
+//! Order of vehicles in lanes: which one is ahead of which.
 //!
 //! In every step all vehicles are noted as `Row`s in the order of their tables, and lanes are filled with entries
 //! (`lanes.rs`). A vehicle has an entry wherever others have to mind it, and where it has to mind others:
@@ -27,12 +27,12 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// What of a vehicle others have to know.
+/// Data of a vehicle that others have to know.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Row {
     pub number: u32,
     pub kind: VehicleTypeId,
-    /// Whether a route drives it; else `on` means nothing.
+    /// Set if a route drives it; else `on` means nothing.
     pub is_routed: bool,
     pub speed: f32,
     pub position: Vec3,
@@ -50,9 +50,9 @@ pub struct Traffic {
     /// Rows that no route drives.
     strays: Vec<u32>,
     pub(crate) lanes: Lanes,
-    /// Of each row, bits of the largest interaction; positive floats are ordered as their bits.
+    /// Bits of the largest interaction, by row; positive floats are ordered as their bits.
     interactions: Vec<AtomicU32>,
-    /// Of each row, whether there is no room for it beyond the crossing that it comes to.
+    /// Set for each row that has no room beyond the crossing that it comes to.
     pub(crate) blocked: Vec<AtomicBool>,
     found: Vec<Found>,
     pub(crate) inside: Inside,
