@@ -49,7 +49,7 @@ pub struct NodeLabels {
 /// One node of a [`Model`].
 #[derive(Clone, Debug, Default)]
 pub struct Node {
-    /// As in the file; `node 3` where it has none.
+    /// Name in the file; `node 3` where it has none.
     pub name: String,
     /// `parent_from_node`.
     pub transform: Transform,

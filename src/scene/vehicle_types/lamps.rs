@@ -23,7 +23,7 @@ const WRONG: f32 = -0.01;
 /// Sources of a lamp's direction beside its kind.
 #[derive(Clone, Copy, Default)]
 pub struct Aim {
-    /// As its entry says, vehicle space.
+    /// Direction of its entry, vehicle space.
     pub direction: Option<Vec3>,
     /// The node has a light of its own, whose way is the node's.
     pub has_own_light: bool,
