@@ -69,8 +69,8 @@ pub struct Node {
     pub labels: NodeLabels,
 }
 
-/// Role of a node in place of an object, by its `extras`: `{"relief": {"cell": "hall"}}`, or `{"relief": {"portal":
-/// ["hall", "kitchen"]}}`.
+/// Role of a node in place of an object, by its `extras`: `{"relief": {"cell": "hall"}}`, or
+/// `{"relief": {"portal": ["hall", "kitchen"]}}`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RoomRole {
     /// Its meshes together are the cell of that name.

@@ -7,7 +7,7 @@ use egui::Color32;
 use glam::{DVec3, Vec3};
 use systems::sensors::Classes;
 
-/// Points of a lidar that are projected, painted and uploaded in each frame.
+/// Most points of a lidar that are projected, painted and uploaded in each frame.
 const MOST_DOTS: usize = 60_000;
 
 /// The points of a lidar as they are drawn.

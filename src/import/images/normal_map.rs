@@ -9,8 +9,8 @@ use image::{DynamicImage, Rgba, Rgba32FImage, RgbaImage};
 
 /// Tolerance for values of a channel that count as the same: JPEG does not keep them quite.
 const SAME: f32 = 2.5 / 255.0;
-/// Tolerance of a normal's squared length around 1, where z is there: rounding to a byte changes it by
-/// 0.016, and filters that made the map leave it shorter.
+/// Tolerance of a normal's squared length around 1, where z is there: rounding to a byte changes it by 0.016,
+/// and filters that made the map leave it shorter.
 const OFF: f32 = 0.1;
 /// Texels that are looked at to see whether the map points into the surface.
 const SAMPLES: usize = 4096;

@@ -54,7 +54,7 @@ pub trait EntityField: DeserializeOwned + Send + Sync + 'static {
     /// The field's name: an identifier that no other field of entities has.
     const NAME: &'static str;
 
-    /// Tests if the value makes sense.
+    /// Checks that the value makes sense.
     ///
     /// # Errors
     /// A line that says what was expected; the scene is refused with it, and with the field's place.
@@ -71,7 +71,7 @@ pub trait SceneField: DeserializeOwned + Send + Sync + 'static {
     /// The field's name: an identifier that no other field of scenes has.
     const NAME: &'static str;
 
-    /// Tests if the value makes sense.
+    /// Checks that the value makes sense.
     ///
     /// # Errors
     /// A line that says what was expected; the scene is refused with it, and with the field's place.

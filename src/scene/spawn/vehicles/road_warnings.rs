@@ -6,8 +6,7 @@ use systems::vehicles::forks::{APART, Gap, Next, gap};
 use systems::vehicles::route_line::self_crossing;
 use systems::vehicles::routes::{Route, Routes};
 
-/// Largest gap between the ends of lanes that meet, as a fraction of the wider lane: one may go over into that beside
-/// it.
+/// Largest gap between the ends of lanes that meet, in widths of the wider lane: one may go over into its neighbour.
 const MEETS: f64 = 0.65;
 /// Metres, and how often as long as the line past it the way over a point is, where that point is hardly meant.
 const SPIKE: (f64, f64) = (50.0, 10.0);
