@@ -1,4 +1,4 @@
-//! What goes wrong, as exceptions of `relief.errors`: with the words of Rust.
+//! Errors as exceptions of `relief.errors`, with the messages of Rust.
 
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -10,7 +10,7 @@ use relief::renderer::{GpuError, RenderError};
 use relief::scene::SceneError;
 use relief::systems::run::state::StateError;
 
-/// What stops a call, away from the interpreter.
+/// Error of a call, without the interpreter.
 #[derive(Debug)]
 pub enum Failure {
     /// A scene.
@@ -31,7 +31,7 @@ pub enum Failure {
     Name(String),
 }
 
-/// What a call gives.
+/// Result of a call.
 pub type Outcome<T> = Result<T, Failure>;
 
 impl Failure {

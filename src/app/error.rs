@@ -3,7 +3,7 @@
 use crate::frames::FrameError;
 use crate::renderer::{GpuError, RenderError};
 
-/// Why there is no window, or none any more.
+/// Errors that keep a window from opening, or end it.
 #[derive(Debug, thiserror::Error)]
 pub enum AppError {
     /// No display, or no window on it.
@@ -15,7 +15,7 @@ pub enum AppError {
     /// The scene is too large for the adapter, or there is no device for long.
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// What the scene was loaded from cannot be read again.
+    /// The scene's files cannot be read again.
     #[error(transparent)]
     Texels(#[from] FrameError),
 }

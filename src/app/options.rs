@@ -8,13 +8,13 @@ use bevy_ecs::prelude::*;
 use std::path::PathBuf;
 use systems::Simulation;
 
-/// What the window shows, and how it starts.
+/// Contents of the window, and its settings at the start.
 pub struct Options {
     /// A loaded world.
     pub simulation: Simulation,
-    /// Where it was loaded from, and how: texels that only a lost device had are read again.
+    /// File of the scene: texels that only a lost device had are read again.
     pub scene: PathBuf,
-    /// How.
+    /// Options that it was loaded with.
     pub load: LoadOptions,
     /// Takes its steps.
     pub stepper: Stepper,
@@ -22,11 +22,11 @@ pub struct Options {
     pub title: String,
     /// Names and entities of the scene's cameras, for switching between them.
     pub cameras: Vec<(String, Entity)>,
-    /// What is looked through at first.
+    /// Viewpoint at first.
     pub viewpoint: Viewpoint,
     /// Pixels.
     pub size: (u32, u32),
-    /// How to draw at first.
+    /// Render settings at first.
     pub settings: Settings,
     /// Starts with the clock stopped.
     pub paused: bool,

@@ -1,4 +1,4 @@
-//! How long frames take, for the panel.
+//! Durations of frames, for the panel.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Timing {
     began: Option<Instant>,
-    /// Whether the frame follows another at once; the first is slow for reasons of its own.
+    /// The frame follows another at once; the first is slow for reasons of its own.
     follows: bool,
     /// Milliseconds from frame to frame; 0 until there were two.
     pub frame_ms: f64,

@@ -1,5 +1,5 @@
-//! What is looked at and how: the world, the view's settings, the selection. No window here, and a GPU only where
-//! sensors are captured.
+//! State of the viewer: the world, the view's settings, the selection. No window here, and a GPU only where sensors are
+//! captured.
 
 use crate::app::control::camera::Controller;
 use crate::app::control::driving::{self, Wheel};
@@ -41,7 +41,7 @@ pub struct Viewer {
     pub title: String,
     /// Names and entities of the scene's cameras.
     pub cameras: Vec<(String, Entity)>,
-    /// What is looked through, or was until the camera was moved.
+    /// Viewpoint, or the last one before the camera was moved.
     pub viewpoint: Viewpoint,
     /// The vehicle that is driven, and the keys held.
     pub driven: Option<Entity>,
@@ -49,30 +49,28 @@ pub struct Viewer {
     pub wheel: Wheel,
     /// The free camera.
     pub controller: Controller,
-    /// How to draw; the picked entity is filled in by [`Self::drawn_settings`].
+    /// Render settings; the picked entity is filled in by [`Self::drawn_settings`].
     pub settings: Settings,
-    /// Whether the panel is shown.
+    /// Panel is shown.
     pub panel: bool,
-    /// Whether the keys are listed in it.
+    /// Keys are listed in it.
     pub help: bool,
     /// Chosen with a click, in the scene or the list.
     pub selected: Option<Entity>,
-    /// Whether lines lead from the object that is pointed out to its lights.
+    /// Lines lead from the object that is pointed out to its lights.
     pub light_lines: bool,
     /// Under the pointer; kept up only where a debug view points it out.
     pub hovered: Option<Entity>,
-    /// Where the pointer last was on something that was asked about: which piece of a large object is meant. World
-    /// space.
+    /// Last point picked on an object that was asked about, world space: tells which piece of a large object is meant.
     pub pointed_at: Vec3,
-    /// What of the sensors is looked at.
     pub sensors: SensorViews,
-    /// What there is to say: a picture saved, or why not.
+    /// Message to the user: a picture saved, or why not.
     pub notice: String,
-    /// What B goes back to.
+    /// Technique that B goes back to.
     technique_before_off: Option<Technique>,
 }
 
-/// What a command needs the window for.
+/// Effect of a command that needs the window.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Effect {
     /// Write a picture of the next frame.
@@ -341,7 +339,7 @@ impl Viewer {
         }
     }
 
-    /// What to draw for.
+    /// View to draw.
     pub fn view(&self, size: (u32, u32)) -> View {
         self.controller.view(&self.viewpoint.view(&self.simulation.world, size))
     }
@@ -356,7 +354,7 @@ impl Viewer {
         Settings { picked_entity: self.pointed_out().map(Entity::index_u32), ..self.settings }
     }
 
-    /// Whether the object under the pointer matters all the time.
+    /// Tells if the object under the pointer matters all the time.
     pub fn follows_pointer(&self) -> bool {
         self.settings.debug == DebugView::ThreeLights
     }
@@ -372,7 +370,7 @@ impl Viewer {
         (all.center(), all.center().distance(all.max))
     }
 
-    /// What to turn about where the pointer is on nothing: straight ahead, as far away as the scene's middle.
+    /// Pivot where the pointer is on nothing: straight ahead, as far away as the scene's middle.
     pub fn pivot_ahead(&mut self, view: &View) -> Vec3 {
         let (center, _) = self.scene_extent();
         let depth = (center - view.eye()).dot(view.direction()).max(NEAREST_PIVOT);

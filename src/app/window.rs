@@ -50,7 +50,7 @@ impl App {
         Self { options: Some(options), open: None, failed: None }
     }
 
-    /// How it ended.
+    /// Result of the event loop.
     pub fn result(self) -> Result<(), AppError> {
         self.failed.map_or(Ok(()), Err)
     }
@@ -121,21 +121,21 @@ impl ApplicationHandler for App {
 /// An open window. Fields are dropped in order: what draws before the window.
 struct Open {
     viewer: Viewer,
-    /// What the scene was loaded from, and how.
+    /// File of the scene, and the options that it was loaded with.
     source: (PathBuf, LoadOptions),
-    /// How often in a row the device failed before a frame was shown.
+    /// Failures of the device in a row before a frame was shown.
     reopened: u32,
     side_panel: SidePanel,
     pointer: Pointer,
     modifiers: ModifiersState,
-    /// Where the wheel last looked for something to zoom to.
+    /// Pointer position at which the wheel last picked a point to zoom to.
     wheel_at: Option<Vec2>,
-    /// What was under the pointer when the drag began.
+    /// Surface under the pointer when the drag began.
     pressed_on: Option<Hit>,
     timing: Timing,
     stats: RenderStats,
     adapter: String,
-    /// What the last frame was drawn for.
+    /// View of the last frame.
     view: Option<View>,
     picture_wanted: bool,
     graphics: Graphics,
@@ -249,7 +249,7 @@ impl Open {
         picking::pick(&mut self.graphics.renderer, self.view.as_ref()?, at)
     }
 
-    /// Where the pointer is, if on the scene.
+    /// Position of the pointer, if on the scene.
     fn on_scene(&self) -> Option<Vec2> {
         self.pointer.at.filter(|at| !self.graphics.gui.covers(*at))
     }
@@ -406,7 +406,7 @@ impl Open {
         (still_for, command)
     }
 
-    /// Where a debug view points out the object under the pointer, finds it; a change shows in the next frame.
+    /// Finds the object under the pointer if a debug view points it out; a change shows in the next frame.
     fn follow_pointer(&mut self) {
         let at = self.on_scene().filter(|_| self.viewer.follows_pointer());
         let hit = at.and_then(|at| self.pick(at));

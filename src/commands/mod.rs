@@ -136,7 +136,7 @@ enum Command {
 }
 
 impl Command {
-    /// Whether it shows a window where there is a display.
+    /// Tells if it shows a window where there is a display.
     fn shows_window(&self) -> bool {
         let shows = match self {
             Self::Run(_) => true,

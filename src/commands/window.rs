@@ -15,7 +15,7 @@ use systems::ecs::clock::Clock;
 #[cfg(feature = "window")]
 use systems::lights::LightPolicies;
 
-/// What is shown in a window.
+/// Contents of a window.
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "nothing is shown"))]
 pub struct WindowJob {
     pub scene: PathBuf,
@@ -27,7 +27,7 @@ pub struct WindowJob {
     pub speed: Option<f64>,
     pub paused: bool,
     pub panel: bool,
-    /// What is made where there is no display.
+    /// Outputs where there is no display.
     pub pictures: PictureArgs,
 }
 

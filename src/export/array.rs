@@ -48,12 +48,12 @@ macro_rules! values_from {
 values_from!(U8 u8, U16 u16, U32 u32, I32 i32, F16 f16, F32 f32, F64 f64);
 
 impl Values<'_> {
-    /// How many there are.
+    /// Number of values.
     pub fn len(self) -> usize {
         each_kind!(self, values => values.len())
     }
 
-    /// Whether there are none.
+    /// Tells if there are no values.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
@@ -66,7 +66,7 @@ impl Values<'_> {
         each_kind!(self, values => of(values))
     }
 
-    /// Whether all are finite numbers.
+    /// Tells if all values are finite.
     pub fn are_finite(self) -> bool {
         match self {
             Values::F16(values) => values.iter().all(|value| value.is_finite()),
@@ -99,9 +99,9 @@ impl Values<'_> {
 /// Values in a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Array<'a> {
-    /// How many there are along each axis; none for a single value.
+    /// Number of values along each axis; empty for a single value.
     pub shape: &'a [usize],
-    /// As many as the product of that.
+    /// Values, as many as the product of the shape.
     pub values: Values<'a>,
 }
 
@@ -111,7 +111,7 @@ impl<'a> Array<'a> {
         Self { shape, values: values.into() }
     }
 
-    /// Whether there are as many values as the shape has places.
+    /// Checks that there are as many values as the shape has places.
     ///
     /// # Errors
     /// `what`, and how many were expected.

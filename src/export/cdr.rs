@@ -4,7 +4,7 @@
 use super::checks::unfit;
 use std::io::Result;
 
-/// Which form follows: `CDR_LE`, and two bytes of options, of which there are none.
+/// Encapsulation header: `CDR_LE`, and two bytes of options, of which there are none.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 /// A message that is being encoded.
@@ -54,7 +54,7 @@ impl Encoder {
         values.iter().for_each(|value| self.number(*value));
     }
 
-    /// How many elements follow.
+    /// Number of elements that follow.
     ///
     /// # Errors
     /// More than 4 bytes can count.
@@ -67,7 +67,7 @@ impl Encoder {
     /// Bytes, counted.
     ///
     /// # Errors
-    /// As for [`Self::length`].
+    /// Those of [`Self::length`].
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<()> {
         self.length(bytes.len())?;
         self.bytes.extend(bytes);
@@ -77,7 +77,7 @@ impl Encoder {
     /// Text, counted with the zero byte after it.
     ///
     /// # Errors
-    /// As for [`Self::length`]; a zero byte in the text, which would end it.
+    /// Those of [`Self::length`]; a zero byte in the text, which would end it.
     pub fn string(&mut self, text: &str) -> Result<()> {
         if text.contains('\0') {
             return Err(unfit(format!("CDR: {text:?} has a zero byte within")));
@@ -91,7 +91,7 @@ impl Encoder {
     /// Elements, counted.
     ///
     /// # Errors
-    /// As for [`Self::length`], and those of the elements.
+    /// Those of [`Self::length`], and of the elements.
     pub fn sequence<T>(&mut self, elements: &[T], mut put: impl FnMut(&mut Self, &T) -> Result<()>) -> Result<()> {
         self.length(elements.len())?;
         elements.iter().try_for_each(|element| put(self, element))

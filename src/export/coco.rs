@@ -27,7 +27,7 @@ pub struct Category {
     pub id: u8,
     /// Its name.
     pub name: String,
-    /// What it is a kind of; its own name will do.
+    /// Kind of things that it belongs to; its own name will do.
     pub supercategory: String,
     /// 1 for things, 0 for what cannot be counted.
     pub isthing: u8,
@@ -35,7 +35,7 @@ pub struct Category {
     pub color: [u8; 3],
 }
 
-/// Which pixels belong to a thing, column by column: so many do not, so many do, and so on in turn.
+/// Run-length encoding of a thing's pixels, column by column: runs without and with it take turns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Runs {
     /// Height and width in pixels.
@@ -44,14 +44,14 @@ pub struct Runs {
     pub counts: Vec<u32>,
 }
 
-/// Where a thing is in a picture.
+/// Pixels of a thing in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mask {
     /// Its pixels.
     pub runs: Runs,
     /// The box around them: left, top, width, height in pixels.
     pub bbox: [u32; 4],
-    /// How many they are.
+    /// Number of its pixels.
     pub area: u64,
 }
 
@@ -68,7 +68,7 @@ pub struct Annotation {
     pub segmentation: Runs,
     /// The box around them.
     pub bbox: [u32; 4],
-    /// How many pixels they are.
+    /// Number of its pixels.
     pub area: u64,
     /// 0: a single thing.
     pub iscrowd: u8,
@@ -79,9 +79,9 @@ pub struct Annotation {
 pub struct Instances {
     /// The pictures.
     pub images: Vec<Picture>,
-    /// What is in them.
+    /// Things in the pictures.
     pub annotations: Vec<Annotation>,
-    /// What that can be.
+    /// Classes of the things.
     pub categories: Vec<Category>,
 }
 
@@ -123,7 +123,7 @@ pub struct Segment {
     pub id: u32,
     /// Its class.
     pub category_id: u8,
-    /// How many pixels it has.
+    /// Number of its pixels.
     pub area: u64,
     /// The box around them.
     pub bbox: [u32; 4],
@@ -145,7 +145,7 @@ pub struct Segments {
     pub image_id: u64,
     /// The PNG file with [`rgb_of_id`] of its segments.
     pub file_name: String,
-    /// What these are.
+    /// Segments of the picture.
     pub segments_info: Vec<Segment>,
 }
 
@@ -154,9 +154,9 @@ pub struct Segments {
 pub struct Panoptic {
     /// The pictures.
     pub images: Vec<Picture>,
-    /// What is in them.
+    /// Segments in the pictures.
     pub annotations: Vec<Segments>,
-    /// What that can be.
+    /// Classes of the segments.
     pub categories: Vec<Category>,
 }
 
@@ -223,14 +223,14 @@ pub fn segments(
 /// The pixels of a number as they are found, column by column.
 struct Found {
     counts: Vec<u32>,
-    /// Where the last of its runs ends.
+    /// End of its last run.
     end: u32,
     /// Left, top, and right and bottom within.
     corners: [u32; 4],
     area: u64,
 }
 
-/// Where each number but 0 is in a picture of them, rows from the top; width and height in pixels.
+/// Masks of each number but 0 in a picture of them, rows from the top; width and height in pixels.
 ///
 /// # Errors
 /// More or fewer numbers than pixels; more than 2³²−1 pixels.
@@ -276,7 +276,7 @@ pub fn masks((width, height): (u32, u32), ids: &[u32]) -> Result<BTreeMap<u32, M
 /// Writes a file: [`Instances`] or [`Panoptic`].
 ///
 /// # Errors
-/// What writing failed with.
+/// The error of writing.
 pub fn write(to: impl Write, file: &impl Serialize) -> Result<()> {
     serde_json::to_writer(to, file).map_err(std::io::Error::from)
 }

@@ -16,7 +16,7 @@ use std::io::{Cursor, Result};
 pub struct Channel<'a> {
     name: &'a str,
     values: Values<'a>,
-    /// Which of how many values of a pixel.
+    /// Index, and number of values of a pixel.
     part: (usize, usize),
 }
 
@@ -32,7 +32,7 @@ impl<'a> Channel<'a> {
         std::array::from_fn(|part| Self { name: names[part], values, part: (part, N) })
     }
 
-    /// As the encoder takes them. Smaller integers are widened.
+    /// Samples for the encoder. Smaller integers are widened.
     fn samples(&self) -> Result<FlatSamples> {
         fn every<T: Copy, U: From<T>>(values: &[T], (part, of): (usize, usize)) -> Vec<U> {
             values.iter().skip(part).step_by(of).map(|value| U::from(*value)).collect()

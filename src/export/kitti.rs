@@ -11,9 +11,9 @@ use std::io::Result;
 pub struct Label<'a> {
     /// `Car`, `Pedestrian`, `Cyclist` and others: one word.
     pub class: &'a str,
-    /// How much of it is outside of the picture, from 0 to 1.
+    /// Share of it outside of the picture, from 0 to 1.
     pub truncated: f64,
-    /// How much of it is hidden: [`occluded`].
+    /// Level of occlusion: [`occluded`].
     pub occluded: u8,
     /// The angle at which it is seen, in radians: [`alpha`].
     pub alpha: f64,
@@ -41,7 +41,7 @@ impl Label<'_> {
     }
 }
 
-/// How much of an object is hidden, of how much of it is seen: 0 fully visible, 1 partly occluded, 2 largely occluded.
+/// Level of occlusion, from the visible share of an object: 0 fully visible, 1 partly occluded, 2 largely occluded.
 /// KITTI's people judged by eye; here the borders are 0.8 and 0.4.
 pub fn occluded(visible: f32) -> u8 {
     match visible {
@@ -89,12 +89,12 @@ pub fn velodyne(points: &[[f32; 3]], reflectance: &[f32]) -> Result<Vec<u8>> {
     interleave(points.len(), &columns)
 }
 
-/// Where cameras and lidar are: `calib/NNNNNN.txt`. Matrices have their rows first, and lengths in metres.
+/// Calibration of cameras and lidar: `calib/NNNNNN.txt`. Matrices have their rows first, and lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     /// Pixels of cameras 0 to 3, of places in the axes of camera 0: 3×4.
     pub projections: [[f64; 12]; 4],
-    /// What turns the axes of camera 0 into those that the pictures are aligned with: 3×3.
+    /// Rotation from the axes of camera 0 to those that the pictures are aligned with: 3×3.
     pub rectification: [f64; 9],
     /// Axes of camera 0 of those of the lidar: 3×4.
     pub camera_from_lidar: [f64; 12],

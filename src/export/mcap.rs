@@ -33,7 +33,7 @@ impl<W: Write> Log<W> {
     /// Begins a log.
     ///
     /// # Errors
-    /// What writing failed with.
+    /// The error of writing.
     pub fn new(to: W) -> Result<Self> {
         let options = WriteOptions::new()
             .profile("ros2")
@@ -48,7 +48,7 @@ impl<W: Write> Log<W> {
     /// Appends a message of a topic, measured at a time in nanoseconds.
     ///
     /// # Errors
-    /// What the message has no place for; another type than the topic's earlier messages; what writing failed with.
+    /// A field that the message cannot hold; another type than the topic's earlier messages; the error of writing.
     pub fn write<M: Message>(&mut self, topic: &str, nanoseconds: u64, message: &M) -> Result<()> {
         self.append(topic, M::TYPE, || definition(M::TYPE).into_bytes(), (nanoseconds, &message.encode()?))
     }
@@ -57,7 +57,7 @@ impl<W: Write> Log<W> {
     /// of the run.
     ///
     /// # Errors
-    /// Where `from` is no such log, or as [`Self::write`].
+    /// A log `from` that is none, or those of [`Self::write`].
     pub fn append_all(&mut self, from: impl Read) -> Result<()> {
         for message in MessageReader::new(from) {
             let message = message.map_err(failed)?;
@@ -103,7 +103,7 @@ impl<W: Write> Log<W> {
     /// Writes the index and ends the file. A log that is dropped is ended, too, but nothing tells whether that failed.
     ///
     /// # Errors
-    /// What writing failed with.
+    /// The error of writing.
     pub fn finish(mut self) -> Result<W> {
         self.writer.finish().map_err(failed)?;
         let mut to = self.writer.into_inner().into_inner();
@@ -112,7 +112,7 @@ impl<W: Write> Log<W> {
     }
 }
 
-/// What the operating system says, where it is that.
+/// Converts an error: that of the operating system, where it is one.
 fn failed(error: McapError) -> std::io::Error {
     match error {
         McapError::Io(error) => error,

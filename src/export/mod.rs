@@ -11,8 +11,8 @@
 //! kitti, semantic_kitti, coco, middlebury    labels, in the files of these data sets
 //! ```
 //!
-//! What cannot be encoded is an [`std::io::Error`] whose text says what was expected, so that these functions are
-//! called within [`crate::output::write_whole_with`], which adds the file's name.
+//! Errors of encoding are an [`std::io::Error`] whose text says what was expected, so that these functions are called
+//! within [`crate::output::write_whole_with`], which adds the file's name.
 
 pub mod array;
 pub mod cdr;

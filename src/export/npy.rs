@@ -8,7 +8,7 @@ use std::io::Result;
 /// Bytes before the literal: the name of the form, the version, and the literal's length in two bytes.
 const PREFIX: usize = 10;
 
-/// What values begin at a multiple of, so that they can be mapped into memory.
+/// Alignment of the values in bytes, so that they can be mapped into memory.
 const ALIGNMENT: usize = 64;
 
 /// A file of an array.
@@ -43,7 +43,7 @@ pub fn encode_records(rows: usize, columns: &[Column]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// As numpy's `dtype.str`: order of bytes, kind, bytes of a value.
+/// Type in the form of numpy's `dtype.str`: order of bytes, kind, bytes of a value.
 fn type_name(values: Values) -> &'static str {
     match values {
         Values::U8(_) => "|u1",
@@ -56,7 +56,7 @@ fn type_name(values: Values) -> &'static str {
     }
 }
 
-/// As Python writes a tuple: one of a single number ends with a comma.
+/// Formats a tuple of Python: one of a single number ends with a comma.
 fn tuple(shape: &[usize]) -> String {
     match shape {
         [only] => format!("({only},)"),

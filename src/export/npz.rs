@@ -42,7 +42,7 @@ pub fn write(mut to: impl Write, arrays: &[(&str, &[u8])]) -> Result<()> {
     to.write_all(&[b"PK\x05\x06\0\0\0\0", &count[..], &count, &length, &at, &[0; 2]].concat())
 }
 
-/// What the header of a file and its entry in the directory share (4.3.7): versions to lengths.
+/// Fields that the header of a file and its entry in the directory share (4.3.7): versions to lengths.
 fn describe(file_name: &str, bytes: &[u8]) -> Result<Vec<u8>> {
     let size = size_in_4(bytes.len())?;
     let length = u16::try_from(file_name.len()).map_err(|_| unfit("NPZ: a name of more than 65,535 bytes"))?;

@@ -8,7 +8,7 @@ use std::io::Result;
 /// are written as they are, not as that data set numbers them.
 ///
 /// # Errors
-/// As many instances as points were expected; one beyond 65,535.
+/// Not as many instances as points; an instance beyond 65,535.
 pub fn encode(classes: &[u8], instances: &[u32]) -> Result<Vec<u8>> {
     check_count("SemanticKITTI instances", classes.len(), instances.len())?;
     let mut bytes = Vec::with_capacity(4 * classes.len());

@@ -1,4 +1,4 @@
-//! What of a frame is written, and in which form.
+//! Kinds of pictures of a frame, and their encoding.
 
 use crate::export::picture;
 use crate::name;
@@ -38,7 +38,7 @@ impl OutputKind {
     }
 }
 
-/// Whether a whole picture of that size is there: one that was cut short, by others than this program, lacks its end.
+/// Tells if a whole picture of that size is there: one that was cut short, by others than this program, lacks its end.
 pub(crate) fn is_written(path: &Path, size: (u32, u32)) -> bool {
     // The last chunk of a PNG file: no data, its name, and the checksum of that (PNG specification, 11.2.5).
     const END: [u8; 12] = *b"\0\0\0\0IEND\xAE\x42\x60\x82";
@@ -51,7 +51,7 @@ pub(crate) fn is_written(path: &Path, size: (u32, u32)) -> bool {
     is_whole && image::image_dimensions(path).is_ok_and(|found| found == size)
 }
 
-/// What is drawn for some kinds.
+/// Outputs that are drawn for some kinds.
 pub(super) fn outputs_of(kinds: &[OutputKind]) -> OutputSet {
     kinds.iter().fold(OutputSet::NONE, |all, kind| {
         all.with(match kind {

@@ -1,4 +1,4 @@
-//! What stops the rendering of frames, and everything built on it.
+//! Errors of rendering frames, and of everything built on it.
 
 use crate::import::ImportError;
 use crate::output::OutputError;
@@ -9,7 +9,7 @@ use crate::video::VideoError;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// What stops a job.
+/// Error of a job.
 #[derive(Debug, thiserror::Error)]
 pub enum FrameError {
     /// The scene.
@@ -64,7 +64,7 @@ pub enum FrameError {
         sensor: String,
         /// Its name as a frame and within topics.
         name: String,
-        /// What has that name.
+        /// Sensor that has the name already.
         other: String,
     },
     /// A name that is no folder's.
@@ -74,7 +74,7 @@ pub enum FrameError {
         scene: PathBuf,
         /// The name.
         name: String,
-        /// What is the matter.
+        /// Fault of the name.
         fault: &'static str,
     },
     /// Numbers that pictures of 16 bits do not hold.
@@ -110,7 +110,7 @@ pub enum FrameError {
     NothingToHold {
         /// Its name.
         format: &'static str,
-        /// What it is made of.
+        /// Sensor that it needs.
         needs: &'static str,
     },
     /// No adapter.
@@ -125,7 +125,7 @@ pub enum FrameError {
     /// The film could not be made.
     #[error(transparent)]
     Video(#[from] VideoError),
-    /// What is written would take the place of what is read.
+    /// An output would take the place of an input.
     #[error(
         "{}: an output would overwrite this input file; expected another name or directory",
         path.display()
@@ -139,7 +139,7 @@ pub enum FrameError {
     NoFrames {
         /// The frames asked for.
         wanted: Range<u64>,
-        /// Where it begins or ends.
+        /// First or last frame of the run, in words.
         known: String,
     },
     /// A run that cannot be recorded, replayed or continued.

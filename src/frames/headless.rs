@@ -9,7 +9,7 @@ use systems::Simulation;
 pub struct Headless {
     /// Draws.
     pub renderer: SingleView,
-    /// How to draw.
+    /// Render settings.
     pub settings: Settings,
 }
 

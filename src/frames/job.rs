@@ -18,14 +18,14 @@ use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 use systems::lights::{LightPolicies, LightPolicy};
 
-/// What to render.
+/// Job that renders the frames of a scene.
 #[derive(Clone, Debug)]
 pub struct FrameJob {
     /// Scene file or model.
     pub scene: PathBuf,
-    /// Where the pictures go; made if missing.
+    /// Folder of the pictures; made if missing.
     pub folder: PathBuf,
-    /// Which frames.
+    /// Range of the frames.
     pub frames: Frames,
     /// Pixels.
     pub size: (u32, u32),
@@ -33,17 +33,17 @@ pub struct FrameJob {
     pub camera: Option<String>,
     /// Kinds of pictures.
     pub outputs: Vec<OutputKind>,
-    /// How to draw.
+    /// Render settings.
     pub settings: Settings,
     /// Lights everything by this policy; `None`: as the scene has it.
     pub lights: Option<LightPolicy>,
     /// Leaves frames alone whose pictures are all there.
     pub resume: bool,
-    /// How the scene is loaded.
+    /// Options of loading the scene.
     pub load: LoadOptions,
     /// A film of the colour frames, made when they are all there; its rate is that of the scene's clock.
     pub video: Option<PathBuf>,
-    /// What the run begins from and is kept in.
+    /// Files that the run begins from and is kept in.
     pub run: RunFiles,
     /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
     pub realtime: bool,
@@ -58,7 +58,7 @@ impl FrameJob {
         self.outputs.contains(&OutputKind::Id).then(|| self.folder.join("ids.json"))
     }
 
-    /// Whether a file is one that may be written beside what the run is kept in.
+    /// Tells if a file may be written beside those that the run is kept in.
     fn writes(&self, path: &Path) -> bool {
         // What is made where ffmpeg is missing, too.
         let instead = |film: &PathBuf| Animation::of(film).is_none().then(|| animation::instead_of(film));
@@ -66,7 +66,7 @@ impl FrameJob {
         films.into_iter().any(|film| output::is_same(path, &film)) || self.writes_beside_film(path)
     }
 
-    /// Whether a file may be a picture of the run, or has the names of ids.
+    /// Tells if a file may be a picture of the run, or has the names of ids.
     fn writes_beside_film(&self, path: &Path) -> bool {
         let path = &output::real(path);
         let is_picture = |kind: &OutputKind| {
@@ -78,7 +78,7 @@ impl FrameJob {
         self.names_of_ids().is_some_and(|names| output::is_same(path, &names)) || self.outputs.iter().any(is_picture)
     }
 
-    /// Whether a frame may be one of the run's, as far as that is known before its files are read.
+    /// Tells if a frame may be one of the run's, as far as that is known before its files are read.
     fn may_draw(&self, frame: u64) -> bool {
         let begins_at_0 = self.run.from_snapshot.is_none() && self.run.replay.is_none();
         match &self.frames {

@@ -103,7 +103,7 @@ impl FrameRun {
     /// Takes one step.
     ///
     /// # Errors
-    /// What the run is kept in cannot be written, or what it is replayed from differs.
+    /// A file of the run that cannot be written, or a state that differs from the replayed one.
     pub fn advance(&mut self) -> Result<(), FrameError> {
         self.pace.iter().for_each(|pace| pace.wait(step_of(&self.stage.simulation) + 1));
         Ok(self.stepper.step(&mut self.stage.simulation)?)

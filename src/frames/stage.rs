@@ -20,9 +20,9 @@ use systems::assets::texture_memory::{self, Reduced};
 pub struct Stage {
     /// The world.
     pub simulation: Simulation,
-    /// What the loader said of it.
+    /// Report of the loader.
     pub scene: scene::LoadedScene,
-    /// What is looked through.
+    /// Viewpoint of the frames.
     pub viewpoint: Viewpoint,
 }
 
@@ -47,20 +47,19 @@ pub fn check_outputs(read: &[PathBuf], is_output: impl Fn(&Path) -> bool) -> Res
     }
 }
 
-/// How a scene is loaded.
+/// Options of loading a scene.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Makes what the scene is loaded into: `Simulation::new`, or a program's own, with its state, inputs, systems and
     /// [`scene::SceneFields`].
     pub simulation: fn() -> Simulation,
-    /// Whether images are put into blocks (BC7), a quarter of the memory.
+    /// Images are put into blocks (BC7), a quarter of the memory.
     pub compress: bool,
-    /// Whether results that take long to work out are kept on disk ([`crate::import::cache`]).
+    /// Results that take long to work out are kept on disk ([`crate::import::cache`]).
     pub cache: bool,
     /// Bytes that textures may take on the GPU; above it the largest are drawn smaller.
     pub texture_bytes: u64,
-    /// Whether images keep their texels when a renderer has them ([`Library::keep_texels`]): what more than one
-    /// renderer draws needs them.
+    /// Images keep their texels when a renderer has them ([`Library::keep_texels`]): several renderers need them.
     pub keep_texels: bool,
     /// In the place of the scene's own seed.
     pub seed: Option<u64>,
@@ -85,7 +84,7 @@ impl Default for LoadOptions {
 }
 
 impl LoadOptions {
-    /// What the first renderer takes with it: texels are not held twice.
+    /// Hands the texels to the first renderer: they are not held twice.
     pub fn for_one_renderer() -> Self {
         Self { keep_texels: false, ..Self::default() }
     }
@@ -118,7 +117,7 @@ fn limit_textures(simulation: &mut Simulation, most_bytes: u64) {
     );
 }
 
-/// What takes long to work out of meshes and images, and may have been kept from an earlier start.
+/// Works out costly results for meshes and images, or takes them from the cache of an earlier start.
 fn work_out(library: &mut Library, options: &LoadOptions) {
     let cache = options.cache.then(Cache::of_user).flatten();
     if let Some(cache) = &cache {

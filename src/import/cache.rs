@@ -15,7 +15,7 @@ pub const MOST_BYTES: u64 = 2 << 30;
 /// The environment variable that names another folder.
 pub const FOLDER_VARIABLE: &str = "RELIEF_CACHE_DIR";
 
-/// What something was worked out from.
+/// Hash of the inputs of a result.
 pub type Key = blake3::Hash;
 
 /// A folder of results.
@@ -41,12 +41,12 @@ impl Cache {
         Self { folder, most_bytes, hits: AtomicUsize::new(0), written: AtomicUsize::new(0) }
     }
 
-    /// How often something was found, and written.
+    /// Numbers of results that were found, and written.
     pub fn counts(&self) -> (usize, usize) {
         (self.hits.load(Relaxed), self.written.load(Relaxed))
     }
 
-    /// What `accept` makes of the contents kept under a key; `None` where there are none, or none that are sound.
+    /// Reads the contents kept under a key through `accept`; `None` where there are none, or none that are sound.
     pub fn read<T>(&self, key: &Key, accept: impl FnOnce(&[u8]) -> Option<T>) -> Option<T> {
         let path = self.path(key);
         let bytes = std::fs::read(&path).ok()?;

@@ -24,7 +24,7 @@ const FEWEST_TEXELS: u32 = 64 * 64;
 /// Part of every key: another encoder, or another choice, is another result.
 const VERSION: &[u8] = b"relief bc7 4";
 
-/// What [`compress_images`] did.
+/// Counts of [`compress_images`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct CompressReport {
     /// Images in blocks.
@@ -42,7 +42,7 @@ pub fn compress_images(library: &mut Library, cache: Option<&Cache>) -> Compress
     CompressReport { compressed, kept: done.len() - compressed }
 }
 
-/// Whether the image is in blocks now.
+/// Compresses the image into blocks; `false` if it stays as it is.
 pub fn compress(image: &mut Image, cache: Option<&Cache>) -> bool {
     let fits = image.width.is_multiple_of(4) && image.height.is_multiple_of(4);
     if image.texels != Texels::Rgba8 || !fits || image.width * image.height < FEWEST_TEXELS {

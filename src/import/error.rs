@@ -27,9 +27,9 @@ pub enum ImportError {
 pub struct Warning {
     /// The file.
     pub path: PathBuf,
-    /// Where in it, as in [`ImportError`].
+    /// Place in the file, as in [`ImportError`].
     pub place: String,
-    /// What is the matter.
+    /// Description of the fault.
     pub message: String,
 }
 

@@ -13,7 +13,7 @@ use systems::ecs::parallel::{in_parallel, map_in_parallel};
 /// Triangles of the smallest meshes that are worth a file: one is worked out in some milliseconds.
 const FEWEST_TRIANGLES: usize = 2048;
 
-/// What works the results out, and how they are written: part of every key.
+/// Sources that results depend on, and their format: part of every key.
 const MADE_BY: [&str; 5] = [
     include_str!("../../systems/assets/tangents.rs"),
     include_str!("../../systems/assets/levels.rs"),
@@ -61,8 +61,8 @@ fn copy(from: &MeshEntry, to: &mut MeshEntry) {
     *to = MeshEntry { mesh: Mesh { name, ..from.mesh.clone() }, ..from.clone() };
 }
 
-/// Of what has been hashed, and all of an entry that tangents and levels depend on. Its levels are not yet there, or it
-/// would be finished, unless it is one that is to have none.
+/// Makes a key from the data hashed so far, and all of an entry that tangents and levels depend on. Its levels are not
+/// yet there, or it would be finished, unless it is one that is to have none.
 fn key(mut hasher: blake3::Hasher, entry: &MeshEntry) -> Key {
     let state = [entry.mesh.tangent_uv_set as u64, entry.tangents_ready.into(), entry.levels.len() as u64];
     add(&mut hasher, bytemuck::cast_slice(&state));
@@ -90,7 +90,7 @@ fn parts(entry: &MeshEntry) -> [&[u8]; PARTS] {
     ]
 }
 
-/// How many bytes each part has, then the parts.
+/// Packs the sizes of the parts in bytes, then the parts.
 fn pack(entry: &MeshEntry) -> Vec<u8> {
     let parts = parts(entry);
     [parts.map(|part| (part.len() as u64).to_ne_bytes()).as_flattened(), &parts.concat()].concat()
@@ -119,7 +119,7 @@ fn unpack(raw: &Mesh, bytes: &[u8]) -> Option<(Mesh, Vec<Level>, Vec<u32>)> {
     (rest.is_empty() && is_whole(&mesh, &levels, &level_indices)).then_some((mesh, levels, level_indices))
 }
 
-/// Whether nothing points beyond what is there.
+/// Tells if all indices point inside the data.
 fn is_whole(mesh: &Mesh, levels: &[Level], level_indices: &[u32]) -> bool {
     let vertices = mesh.positions.len();
     let all = mesh.indices.len() + level_indices.len();

@@ -32,7 +32,7 @@ pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
     read_image(path, kind).map(|read| read.image)
 }
 
-/// As [`load_image`], with what a person should know of the image.
+/// Loads an image as [`load_image`] does, with notes on it.
 pub fn read_image(path: &Path, kind: ImageKind) -> Result<ReadImage, ImportError> {
     images::load(path, kind)
 }
@@ -85,7 +85,7 @@ pub fn check_model(path: &Path) -> Vec<Problem> {
     gltf::check(path)
 }
 
-/// What is wrong with an image file, if anything is.
+/// Faults of an image file, if any.
 pub fn check_image(path: &Path) -> Vec<Problem> {
     load_image(path, ImageKind::Data).err().map(Problem::from).into_iter().collect()
 }

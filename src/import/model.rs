@@ -22,7 +22,7 @@ pub struct Model {
     pub roots: Vec<usize>,
     /// The classes that its nodes, meshes and materials name.
     pub classes: Vec<NamedClass>,
-    /// What was left out or corrected.
+    /// Warnings of things left out or corrected.
     pub warnings: Vec<Warning>,
 }
 
@@ -35,27 +35,27 @@ pub struct NamedClass {
     pub name: String,
 }
 
-/// What sensors call a node, by the file's `extras`.
+/// Labels of a node for sensors, by the file's `extras`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NodeLabels {
     /// The class of what is here and below, by its name.
     pub class: Option<String>,
     /// It counts as one thing.
     pub is_instance: bool,
-    /// Of each part, that of its material, else that of its mesh.
+    /// Class of each part: that of its material, else that of its mesh.
     pub parts: Vec<Option<String>>,
 }
 
 /// One node of a [`Model`].
 #[derive(Clone, Debug, Default)]
 pub struct Node {
-    /// As in the file; `node 3` where it has none.
+    /// Name in the file; `node 3` where it has none.
     pub name: String,
     /// `parent_from_node`.
     pub transform: Transform,
     /// Indices of its children.
     pub children: Vec<usize>,
-    /// What is drawn here.
+    /// Meshes drawn here, with their materials.
     pub parts: Vec<(MeshId, MaterialId)>,
     /// The light here, along −Z.
     pub light: Option<Light>,
@@ -63,13 +63,13 @@ pub struct Node {
     pub camera: Option<Camera>,
     /// The parts are no objects but the walls of a cell, or a portal.
     pub room: Option<RoomRole>,
-    /// Where `parts` are drawn relative to the node (EXT_mesh_gpu_instancing); empty: once, at the node itself.
+    /// Transforms of copies of `parts` relative to the node (EXT_mesh_gpu_instancing); empty: once, at the node itself.
     pub instances: Vec<Transform>,
-    /// What sensors call it.
+    /// Labels for sensors.
     pub labels: NodeLabels,
 }
 
-/// What a node is in place of an object, by its `extras`: `{"relief": {"cell": "hall"}}`, or
+/// Role of a node in place of an object, by its `extras`: `{"relief": {"cell": "hall"}}`, or
 /// `{"relief": {"portal": ["hall", "kitchen"]}}`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RoomRole {
@@ -114,7 +114,7 @@ impl Model {
         placed
     }
 
-    /// Whether the default scene brings light of its own.
+    /// Tells if the default scene brings light of its own.
     pub fn has_lights(&self) -> bool {
         self.placed().iter().any(|&(node, _)| self.nodes[node].light.is_some())
     }
@@ -156,7 +156,7 @@ impl Model {
 }
 
 impl Node {
-    /// Where the parts are drawn, relative to the node.
+    /// Transforms of the parts, relative to the node.
     pub(crate) fn part_transforms(&self) -> &[Transform] {
         const ONCE: &[Transform] = &[Transform::IDENTITY];
         if self.instances.is_empty() { ONCE } else { &self.instances }

@@ -1,4 +1,4 @@
-//! How far loading is: images decoded, of those known to be needed.
+//! Progress of loading: images decoded, of those known to be needed.
 //!
 //! Two counters for the whole process, which the decoders add to. What is needed becomes known while models are read,
 //! so the total grows.

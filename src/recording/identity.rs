@@ -1,4 +1,4 @@
-//! What a recording or a snapshot belongs to: this version of the program, and a scene with every file that it names.
+//! Identity of a recording or a snapshot: this version of the program, and a scene with every file that it names.
 
 use super::error::RecordingError;
 use crate::import;
@@ -16,13 +16,13 @@ pub struct Identity {
     pub program: String,
     /// The scene's path as it was given.
     pub scene: String,
-    /// What its files held (BLAKE3), by their paths relative to the scene's folder.
+    /// Hashes of its files (BLAKE3), by their paths relative to the scene's folder.
     pub files: BTreeMap<String, [u8; 32]>,
-    /// What random numbers begin with.
+    /// Seed of the random numbers.
     pub seed: u64,
     /// Length of a step in seconds.
     pub step_seconds: f64,
-    /// Where places count from, in the scene's coordinates, metres.
+    /// Origin of the world, in the scene's coordinates, metres.
     pub origin: [f64; 3],
 }
 
@@ -36,7 +36,7 @@ pub(crate) const PROGRAM: &str = if cfg!(feature = "physics") {
 };
 
 impl Identity {
-    /// That of a scene which has been loaded; reads its files again.
+    /// Identity of a scene which has been loaded; reads its files again.
     ///
     /// # Errors
     /// [`RecordingError::Refused`] names a file that cannot be read.
@@ -61,7 +61,7 @@ impl Identity {
         })
     }
 
-    /// Whether a file that belongs to this fits `now`: the program and the scene that there are.
+    /// Checks that a file of this identity fits `now`: the current program and scene.
     ///
     /// # Errors
     /// [`RecordingError::Refused`] says what differs, by name.
@@ -105,7 +105,7 @@ impl Identity {
         Path::new(&self.scene).file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// Whether this version of the program made it: another may move things otherwise.
+    /// Checks that this version of the program made it: another may move things otherwise.
     ///
     /// # Errors
     /// [`RecordingError::Refused`].

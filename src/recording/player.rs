@@ -16,12 +16,12 @@ use systems::run::state_hash::StateHash;
 pub struct Recording {
     blocks: Blocks,
     header: Header,
-    /// What comes after which step, in the order of the file.
+    /// Blocks and the steps that they follow, in the order of the file.
     index: Vec<Entry>,
     /// The last step that the run is known to have got to.
     last: u64,
     is_whole: bool,
-    /// Of the index: what comes next while it is played.
+    /// Position in the index during the replay.
     next: usize,
 }
 
@@ -29,7 +29,7 @@ pub struct Recording {
 struct Entry {
     step: u64,
     kind: Kind,
-    /// Of the block.
+    /// Byte offset of the block.
     offset: u64,
 }
 
@@ -52,7 +52,7 @@ pub fn scene_of(path: &Path) -> Result<PathBuf, RecordingError> {
 /// The seed of the run that was recorded, which may be another than its scene's.
 ///
 /// # Errors
-/// As [`scene_of`].
+/// Those of [`scene_of`].
 pub fn seed_of(path: &Path) -> Result<u64, RecordingError> {
     let mut blocks = Blocks::open(path, RECORDING)?;
     Ok(read_header(path, &mut blocks)?.identity.seed)
@@ -111,12 +111,12 @@ impl Recording {
         Ok(Self { blocks, header, index, last, is_whole, next: 0 })
     }
 
-    /// What it belongs to.
+    /// Identity of the recorded run.
     pub fn identity(&self) -> &Identity {
         &self.header.identity
     }
 
-    /// Whether the state that it tells of is the program's: the hashes of another would differ from the first step on.
+    /// Checks that its kinds of state are the program's: the hashes of others would differ from the first step on.
     ///
     /// # Errors
     /// [`RecordingError::Refused`] names a kind of state that only one of the two has.
@@ -132,7 +132,7 @@ impl Recording {
         (self.header.start, self.last)
     }
 
-    /// Whether the run ended in order; else it was killed, and the recording ends a little earlier than it did.
+    /// Tells if the run ended in order; else it was killed, and the recording ends a little earlier than it did.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
@@ -164,7 +164,7 @@ impl Recording {
         Ok(())
     }
 
-    /// What came between this step and the next.
+    /// Inputs between this step and the next.
     ///
     /// # Errors
     /// [`RecordingError::Refused`].
@@ -200,7 +200,7 @@ impl Recording {
         }
     }
 
-    /// That the state after a step is not the recorded one.
+    /// Error of a state after a step that is not the recorded one.
     pub fn diverged(&self, step: u64) -> RecordingError {
         RecordingError::Diverged { path: self.blocks.path().to_owned(), step }
     }

@@ -21,7 +21,7 @@ use systems::run::state_hash::StateHash;
 /// The first block of a recording.
 #[derive(Serialize, Deserialize, Debug)]
 pub struct Header {
-    /// What the recording belongs to.
+    /// Identity of the recorded run.
     pub identity: Identity,
     /// The step that it begins after: 0, or that of a snapshot, which is the next block.
     pub start: u64,
@@ -32,7 +32,7 @@ pub struct Header {
 /// A block of a recording. Numbers of steps are those done before.
 #[derive(Serialize, Deserialize, Debug)]
 pub enum Record {
-    /// What came from outside between this step and the next.
+    /// Inputs from outside between this step and the next.
     Inputs(u64, Vec<SavedInput>),
     /// The run got as far as this step, and what its state was.
     Mark(u64, StateHash),
@@ -110,7 +110,7 @@ impl Recorder {
         self.write(&Record::Inputs(step, inputs))
     }
 
-    /// Whether the step's hash is wanted.
+    /// Tells if the step's hash is wanted.
     pub fn wants_hash(&self, step: u64) -> bool {
         step >= self.next_mark
     }

@@ -13,14 +13,14 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-/// What a file is for, by its first eight bytes.
+/// Format of a file, known by its first eight bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Form {
     /// The first eight bytes.
     pub magic: [u8; 8],
     /// Changes with what the contents of blocks mean.
     pub version: u32,
-    /// What people call such a file.
+    /// Name of such a file for people.
     pub name: &'static str,
 }
 
@@ -60,7 +60,7 @@ pub struct Blocks<R = File> {
     offset: u64,
 }
 
-/// What comes next in a file.
+/// Next block of a file, or its end.
 pub enum Next<T> {
     /// A block and where it began.
     Block(u64, T),

@@ -12,7 +12,7 @@ use systems::run::snapshot;
 /// The state of a run at some step, and what it belongs to.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// What it belongs to.
+    /// Identity of the run.
     pub identity: Identity,
     state: Vec<u8>,
 }
@@ -23,7 +23,7 @@ impl Snapshot {
         Self { identity, state: snapshot::save(&mut simulation.world) }
     }
 
-    /// As a file holds it; `None`: longer than a file may be.
+    /// Contents of a file; `None`: longer than a file may be.
     pub fn to_bytes(&self) -> Option<Vec<u8>> {
         let mut bytes = records::prelude(SNAPSHOT);
         bytes.extend(records::block(&self.identity, bytes.len() as u64)?);
@@ -31,7 +31,7 @@ impl Snapshot {
         Some(bytes)
     }
 
-    /// Of the bytes of a file; messages call it `path`.
+    /// Reads the bytes of a file; messages call it `path`.
     ///
     /// # Errors
     /// [`RecordingError::Refused`]: no snapshot, or a damaged one.

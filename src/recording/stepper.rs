@@ -29,7 +29,7 @@ pub struct RunFiles {
     pub record: Option<PathBuf>,
     /// A snapshot of the state after the last frame.
     pub save_snapshot: Option<PathBuf>,
-    /// Where the run goes on from, rather than from the scene's beginning.
+    /// Snapshot that the run goes on from, rather than from the scene's beginning.
     pub from_snapshot: Option<PathBuf>,
     /// The recording of a run that is to be had again, whose scene this is.
     pub replay: Option<PathBuf>,
@@ -44,15 +44,15 @@ impl RunFiles {
     }
 }
 
-/// What happens in each step beside the step.
+/// Replay, recording and hashing in each step.
 #[derive(Debug, Default)]
 pub struct Stepper {
     hashes: Option<(PathBuf, File)>,
     recorder: Option<Recorder>,
     recording: Option<Recording>,
-    /// As in [`RunFiles::states`].
+    /// States expected: [`RunFiles::states`].
     states: Vec<(u64, StateHash)>,
-    /// What the run belongs to, as its files were when it began; `None` if they could not be read again.
+    /// Identity of the run from its files when it began; `None` if they could not be read again.
     identity: Option<Identity>,
 }
 
@@ -128,12 +128,12 @@ impl Stepper {
         self.note_hash(step_of(simulation), state_hash::hash(&mut simulation.world))
     }
 
-    /// Whether a recording says what happens, and not the keys of a window.
+    /// Tells if a recording is replayed, rather than the keys of a window.
     pub fn is_replay(&self) -> bool {
         self.recording.is_some()
     }
 
-    /// Whether a recording is being written.
+    /// Tells if a recording is being written.
     pub fn is_recording(&self) -> bool {
         self.recorder.is_some()
     }
@@ -143,7 +143,7 @@ impl Stepper {
         self.recording.as_ref()
     }
 
-    /// Whether a replay has got to the end of what was recorded.
+    /// Tells if a replay has got to the end of what was recorded.
     pub fn is_at_end(&self, simulation: &Simulation) -> bool {
         self.recording.as_ref().is_some_and(|recording| step_of(simulation) >= recording.steps().1)
     }
@@ -263,7 +263,7 @@ fn step_of(simulation: &Simulation) -> u64 {
     simulation.world.resource::<Clock>().step
 }
 
-/// What is written must not be what is read, nor two things the same file.
+/// Refuses to write a file that is read, or two things to the same file.
 fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Result<(), RecordingError> {
     let read = import::with_files_named_by(named).chain([scene.to_owned()]);
     // A snapshot may take the place of the one before, which has been read by then.

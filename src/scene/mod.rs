@@ -63,7 +63,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
 /// [`load`] with another seed than the scene's own, in all that is random in it but generators with seeds of their own.
 ///
 /// # Errors
-/// As [`load`].
+/// Those of [`load`].
 pub fn load_seeded(path: &Path, seed: Option<u64>, simulation: &mut Simulation) -> Result<LoadedScene, SceneError> {
     let world = &mut simulation.world;
     let fields = world.get_resource::<SceneFields>().cloned().unwrap_or_default();
@@ -77,7 +77,7 @@ pub fn load_seeded(path: &Path, seed: Option<u64>, simulation: &mut Simulation) 
 /// A library with the meshes, materials and images that [`load`] adds to it, under the same ids, without a world.
 ///
 /// # Errors
-/// As [`load`].
+/// Those of [`load`].
 pub fn load_library(path: &Path, fields: &SceneFields, mut library: Library) -> Result<Library, SceneError> {
     prepare(path, fields, &Overrides::default(), &mut library)?;
     Ok(library)

@@ -11,7 +11,7 @@ use systems::assets::Library;
 #[derive(Default)]
 pub struct Types;
 
-/// What a scene's files of types hold.
+/// Contents of a scene's files of types.
 #[derive(Default)]
 pub struct Loaded {
     pub types: Types,

@@ -26,11 +26,11 @@ pub struct LoadedScene {
     pub name: String,
     /// Names and entities of the cameras; the first is the one to look through. There is always one.
     pub cameras: Vec<(String, Entity)>,
-    /// What a person should know though the scene loaded.
+    /// Warnings about a scene that loaded.
     pub warnings: Vec<String>,
     /// The scene's file and those that it names, in the order of reading; not what models name in turn.
     pub files: Vec<PathBuf>,
-    /// What is said by [`check`](super::check) alone.
+    /// Doubts that [`check`](super::check) alone tells.
     pub(super) doubts: Vec<String>,
 }
 
@@ -39,7 +39,7 @@ pub struct Prepared {
     pub content: Content,
     pub origin: Origin,
     pub warnings: Vec<String>,
-    /// What is said by [`check`](super::check) alone.
+    /// Doubts that [`check`](super::check) alone tells.
     pub doubts: Vec<String>,
     pub files: Vec<PathBuf>,
 }

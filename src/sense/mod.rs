@@ -17,7 +17,7 @@
 //! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]). Lidars that sweep, IMUs and
 //! GNSS also need where they were when they were due before.
 //!
-//! What sensors are as data is in [`systems::sensors`].
+//! Sensors as data are in [`systems::sensors`].
 //!
 //! ```no_run
 //! use relief::prelude::*;

@@ -1,4 +1,4 @@
-//! What cameras give: one of one world, or the same camera of several.
+//! Captures of cameras: one of one world, or the same camera of several.
 
 use crate::captures::common::{Arrays, Common};
 use crate::captures::lens::{camera_matrix, coefficients, model};
@@ -13,8 +13,8 @@ use relief::sense::CameraCapture as Captured;
 use relief::systems::draw::Intrinsics;
 use relief::systems::sensors::{CameraOutput, Lens};
 
-/// What a camera captured. Arrays have rows from the top, axes X right, Y down, Z forward; pixel (u, v) has its middle
-/// at integers. An output that the camera was not asked for raises AttributeError.
+/// Capture of a camera. Arrays have rows from the top, axes X right, Y down, Z forward; pixel (u, v) has its middle at
+/// integers. An output that the camera was not asked for raises AttributeError.
 #[pyclass(frozen, module = "relief")]
 pub struct CameraCapture {
     common: Common,
@@ -24,15 +24,15 @@ pub struct CameraCapture {
     /// Width and height, pixels.
     size: (u32, u32),
     #[pyo3(get)]
-    /// What linear colours were multiplied by.
+    /// Factor that linear colours were multiplied by.
     exposure: f32,
     arrays: Arrays,
 }
 
-/// What the same camera of several worlds captured: the arrays of `CameraCapture` with the worlds as their first axis.
+/// Captures of the same camera of several worlds: the arrays of `CameraCapture` with the worlds as their first axis.
 #[pyclass(frozen, module = "relief")]
 pub struct CameraBatch {
-    /// Of each world's clock.
+    /// Step number of each world's clock.
     #[pyo3(get)]
     steps: Vec<u64>,
     #[pyo3(get)]
@@ -198,7 +198,7 @@ outputs! { CameraCapture {
             &self.common.name
         }
 
-        /// Of the clock.
+        /// Step number of the clock.
         #[getter]
         fn step(&self) -> u64 {
             self.common.step
@@ -217,7 +217,7 @@ outputs! { CameraCapture {
             self.intrinsics.as_ref().map(|intrinsics| camera_matrix(py, intrinsics))
         }
 
-        /// How the lens bends the picture, as `Sensor.D`: OpenCV's coefficients, float64 (5,), (8,) or (4,). ``None``
+        /// Distortion coefficients of the lens in OpenCV's order, as `Sensor.D`: float64 (5,), (8,) or (4,). ``None``
         /// where the projection is parallel.
         #[getter]
         #[allow(non_snake_case)]
@@ -259,17 +259,19 @@ outputs! { CameraCapture {
     part "part";
     /// Semantic classes, 0 where there is none: uint8 (H, W). `cap["class"]` is the same.
     cls "class";
-    /// As Cityscapes has instance ids: uint32 (H, W).
+    /// Instance ids in the encoding of Cityscapes: uint32 (H, W).
     panoptic "panoptic";
     /// A record for each thing in the picture: a structured array (N,), see docs/sensors.md.
     boxes "boxes";
-    /// Where what the pixels of the capture before show is in this one: float32 (H, W, 2), pixels right and down.
+    /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32 (H, W,
+    /// 2), pixels right and down.
     flow "flow";
-    /// What is known of it: uint8 (H, W); 1 valid, 2 inside the picture, 4 seen there, 8 sky, added up.
+    /// Flags of that flow: uint8 (H, W); 1 valid, 2 inside the picture, 4 seen there, 8 sky, added up.
     flow_flags "flow_flags";
-    /// Where what the pixels show was at the capture before: float32 (H, W, 2), pixels right and down.
+    /// Backward optical flow: places in the capture before of points that the pixels show, float32 (H, W, 2), pixels
+    /// right and down.
     flow_back "flow_back";
-    /// What is known of that: uint8 (H, W).
+    /// Flags of that flow: uint8 (H, W).
     flow_back_flags "flow_back_flags";
 }
 
@@ -300,16 +302,17 @@ outputs! { CameraBatch {
     part "part";
     /// Semantic classes, 0 where there is none: uint8 (N, H, W).
     cls "class";
-    /// As Cityscapes has instance ids: uint32 (N, H, W).
+    /// Instance ids in the encoding of Cityscapes: uint32 (N, H, W).
     panoptic "panoptic";
     /// A structured array for each world.
     boxes "boxes";
-    /// Where what the pixels of the capture before show is in this one: float32 (N, H, W, 2).
+    /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32 (N, H, W,
+    /// 2).
     flow "flow";
-    /// What is known of it: uint8 (N, H, W).
+    /// Flags of that flow: uint8 (N, H, W).
     flow_flags "flow_flags";
-    /// Where what the pixels show was at the capture before: float32 (N, H, W, 2).
+    /// Backward optical flow: places in the capture before of points that the pixels show, float32 (N, H, W, 2).
     flow_back "flow_back";
-    /// What is known of that: uint8 (N, H, W).
+    /// Flags of that flow: uint8 (N, H, W).
     flow_back_flags "flow_back_flags";
 }

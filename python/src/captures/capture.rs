@@ -1,4 +1,4 @@
-//! What sensors measured, as objects of Python: arrays that own their memory, which is Rust's, handed over.
+//! Captures of sensors as objects of Python: arrays that own their memory, which is Rust's, handed over.
 
 use crate::captures::camera::CameraCapture;
 use crate::captures::common::Common;
@@ -11,11 +11,11 @@ use relief::name;
 use relief::sense::{Capture as Captured, SensorCapture, SensorData};
 use relief::systems::sensors::Classes;
 
-/// What every sensor measured that was due after a step, by name. A sensor's name is below that of the thing that it is
-/// mounted on ("ego/front"); the last part is enough where it is the only one.
+/// Measurements of all sensors that were due after a step, by name. A sensor's name is below that of the thing that it
+/// is mounted on ("ego/front"); the last part is enough where it is the only one.
 #[pyclass(frozen, mapping, module = "relief")]
 pub struct Capture {
-    /// Of the clock.
+    /// Step number of the clock.
     #[pyo3(get)]
     step: u64,
     /// Nanoseconds since the run began, rounded once.
@@ -45,7 +45,7 @@ impl Capture {
     }
 }
 
-/// What a sensor measured, as the class of its kind.
+/// Converts a measurement to the Python class of its kind.
 fn object(
     py: Python<'_>,
     sensor: SensorCapture,
@@ -100,7 +100,7 @@ impl Capture {
         self.sensors.iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// What they measured, in that order.
+    /// Captures of the sensors, in that order.
     fn values(&self, py: Python<'_>) -> Vec<Py<PyAny>> {
         self.sensors.iter().map(|(_, sensor)| sensor.clone_ref(py)).collect()
     }

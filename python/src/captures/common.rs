@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use relief::glam::DAffine3;
 use relief::sense::SensorCapture;
 
-/// What all captures of sensors have.
+/// Fields that captures of all sensors share.
 pub struct Common {
     pub step: u64,
     pub nanoseconds: u64,

@@ -18,7 +18,7 @@ pub fn coefficients<'py>(py: Python<'py>, lens: &Lens) -> Bound<'py, PyArray1<f6
     Distortion::of(lens).parts().1.to_vec().into_pyarray(py)
 }
 
-/// As ROS calls it.
+/// Name of the distortion model in ROS.
 pub fn model(lens: &Lens) -> &'static str {
     match Distortion::of(lens) {
         Distortion::PlumbBob(_) => "plumb_bob",

@@ -1,4 +1,4 @@
-//! What lidars give.
+//! Captures of lidars.
 
 use crate::captures::common::{Arrays, Common};
 use crate::given::arguments::required;
@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use relief::glam::DAffine3;
 use relief::sense::LidarCapture as Captured;
 
-/// What a lidar captured since it was due before: arrays with an element for each beam, column after column, in each by
+/// Returns of a lidar since it was due before: arrays with an element for each beam, column after column, in each by
 /// ring. Axes are X forward, Y left, Z up. Where a beam has no return, `hit` is 0, and all but ring and time are.
 #[pyclass(frozen, module = "relief")]
 pub struct LidarCapture {
@@ -56,7 +56,7 @@ impl LidarCapture {
         &self.common.name
     }
 
-    /// Of the clock.
+    /// Step number of the clock.
     #[getter]
     fn step(&self) -> u64 {
         self.common.step

@@ -1,4 +1,4 @@
-//! What sensors of motion give, and those of what is around a vehicle.
+//! Readings of motion sensors, and of those for what is around a vehicle.
 
 use crate::captures::common::Common;
 use crate::given::arguments::required;
@@ -19,7 +19,7 @@ macro_rules! reading {
                 &self.common.name
             }
 
-            /// Of the clock.
+            /// Step number of the clock.
             #[getter]
             fn step(&self) -> u64 {
                 self.common.step
@@ -42,7 +42,7 @@ macro_rules! reading {
     };
 }
 
-/// What an inertial measurement unit measured, of when it was due before.
+/// Measurement of an inertial measurement unit, for the time that it was due before.
 #[pyclass(frozen, module = "relief")]
 pub struct ImuReading {
     common: Common,
@@ -56,7 +56,7 @@ impl ImuReading {
 }
 
 reading! { ImuReading {
-    /// Whether it is known where the sensor was when it was due before, and before that. If not, all is 0.
+    /// True if the places of the sensor at the last two times that it was due are known. If not, all is 0.
     #[getter]
     fn valid(&self) -> bool {
         self.own.valid
@@ -88,7 +88,7 @@ reading! { ImuReading {
     }
 } }
 
-/// What a receiver of satellite navigation measured.
+/// Measurement of a receiver of satellite navigation.
 #[pyclass(frozen, module = "relief")]
 pub struct GnssReading {
     common: Common,
@@ -102,7 +102,7 @@ impl GnssReading {
 }
 
 reading! { GnssReading {
-    /// Whether it is known where on Earth the scene is. If not, all is 0.
+    /// True if the place of the scene on Earth is known. If not, all is 0.
     #[getter]
     fn valid(&self) -> bool {
         self.own.valid
@@ -132,7 +132,7 @@ reading! { GnssReading {
         self.own.sigmas.into()
     }
 
-    /// Whether it is known where the sensor was when it was due before. If not, the velocity is 0.
+    /// True if the place of the sensor when it was due before is known. If not, the velocity is 0.
     #[getter]
     fn has_velocity(&self) -> bool {
         self.own.has_velocity
@@ -145,7 +145,7 @@ reading! { GnssReading {
     }
 } }
 
-/// Where in a lane something is. All is 0 where no lane is near.
+/// Pose in a lane. All is 0 where no lane is near.
 #[pyclass(frozen, module = "relief")]
 pub struct LaneReading {
     common: Common,
@@ -159,7 +159,7 @@ impl LaneReading {
 }
 
 reading! { LaneReading {
-    /// Whether there is a lane.
+    /// Tells if a lane is near.
     #[getter]
     fn valid(&self) -> bool {
         self.own.valid
@@ -189,13 +189,13 @@ reading! { LaneReading {
         self.own.heading_error
     }
 
-    /// Of the middle of the lane, 1/m, left positive.
+    /// Curvature of the lane's centre line, 1/m, left positive.
     #[getter]
     fn curvature(&self) -> f64 {
         self.own.curvature
     }
 
-    /// Of the lane, metres.
+    /// Width of the lane, metres.
     #[getter]
     fn width(&self) -> f64 {
         self.own.width
@@ -207,14 +207,14 @@ reading! { LaneReading {
         self.own.along
     }
 
-    /// Of the vehicle that the sensor is on, m/s along its forward.
+    /// Speed of the vehicle that the sensor is on, m/s along its forward.
     #[getter]
     fn speed(&self) -> f64 {
         self.own.speed
     }
 } }
 
-/// What something touches.
+/// Contact with another entity.
 #[pyclass(frozen, module = "relief")]
 pub struct Contact {
     /// The id of the other.

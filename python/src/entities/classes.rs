@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use relief::systems::run::registry::StateId;
 use std::sync::Arc;
 
-/// As the class of its kind.
+/// Wraps an entity in the Python class of its kind.
 pub fn wrap(py: Python<'_>, shared: &Arc<Shared>, id: StateId) -> PyResult<Py<PyAny>> {
     let kind = shared.with(py, |world| world.kind(id))?;
     wrap_as(py, shared, id, kind)

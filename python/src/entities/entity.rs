@@ -28,7 +28,7 @@ pub struct Entity {
 }
 
 impl Entity {
-    /// What has that number now.
+    /// Wraps the entity that has that number now.
     pub fn of(py: Python<'_>, shared: &Arc<Shared>, id: StateId) -> PyResult<Self> {
         let birth = shared.with(py, move |world| Ok(world.birth(id)))?;
         Ok(Self { shared: shared.clone(), id, birth })
@@ -46,7 +46,7 @@ impl Entity {
     }
 }
 
-/// What an entity is, as far as Python has a class for it.
+/// Kind of an entity, as far as Python has a class for it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     Vehicle,
@@ -78,7 +78,7 @@ impl World {
         self.apply(SetTransform { entity: id, transform })
     }
 
-    /// What counts from the origin of the world: places of what has no parent.
+    /// Origin that the entity's place counts from: the world's, or zero for one with a parent.
     fn origin_of(&self, id: StateId) -> Outcome<relief::glam::DVec3> {
         let is_top = self.simulation.world.get::<ChildOf>(self.entity(id)?).is_none();
         Ok(if is_top { self.origin() } else { relief::glam::DVec3::ZERO })
@@ -100,14 +100,14 @@ impl Entity {
         self.with(py, move |world| Ok(name::of_entity(&world.simulation.world, world.entity(id)?)))
     }
 
-    /// Whether it is in its world.
+    /// Tells if it is in its world.
     #[getter]
     fn alive(&self, py: Python<'_>) -> PyResult<bool> {
         let (id, birth) = (self.id, self.birth);
         self.shared.with(py, move |world| Ok(world.birth(id) == birth && world.living(id).is_some()))
     }
 
-    /// Where it is in what it is mounted on, else in the scene: float64 (3,), metres. Setting it moves it at once.
+    /// Place in its parent's axes, else in the scene: float64 (3,), metres. Setting it moves it at once.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let id = self.id;
@@ -161,7 +161,7 @@ impl Entity {
         Ok(matrix(py, &place))
     }
 
-    /// Whether it, and what is below it, is not drawn.
+    /// Tells if it and all below it are hidden, thus not drawn.
     #[getter]
     fn hidden(&self, py: Python<'_>) -> PyResult<bool> {
         let id = self.id;

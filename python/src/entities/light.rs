@@ -60,7 +60,7 @@ impl LightEntity {
         edit(&own, move |light| light.color = color)
     }
 
-    /// Whether it is on.
+    /// Switched on.
     #[getter]
     fn enabled(own: PyRef<'_, Self>) -> PyResult<bool> {
         read(&own, |light| light.enabled)
@@ -72,7 +72,7 @@ impl LightEntity {
         edit(&own, move |light| light.enabled = enabled)
     }
 
-    /// Whether it casts shadows, if it is among the most important lights for a picture.
+    /// Casts shadows, if it is among the most important lights for a picture.
     #[getter]
     fn shadows(own: PyRef<'_, Self>) -> PyResult<bool> {
         read(&own, |light| light.shadows)

@@ -9,7 +9,7 @@ use relief::bevy_ecs::prelude::{ChildOf, Children};
 
 #[pymethods]
 impl Entity {
-    /// What it is mounted on; ``None``: nothing.
+    /// Entity that it is mounted on; ``None``: nothing.
     #[getter]
     fn parent(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let id = self.id;
@@ -20,7 +20,7 @@ impl Entity {
         parent.map(|parent| wrap(py, &self.shared, parent)).transpose()
     }
 
-    /// What is directly below it.
+    /// Entities directly below it.
     #[getter]
     fn children(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
         let id = self.id;

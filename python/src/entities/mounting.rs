@@ -1,4 +1,4 @@
-//! How sensors are described by keyword arguments, and mounted.
+//! Keyword arguments that describe and mount sensors.
 
 use crate::entities::classes::wrap_as;
 use crate::entities::entity::Kind;
@@ -22,7 +22,7 @@ use relief::systems::sensors::{
 };
 use std::sync::Arc;
 
-/// Where a sensor is, and when it is due.
+/// Pose of a sensor, and the steps at which it is due.
 struct Mounting {
     placing: Placing,
     every: u32,

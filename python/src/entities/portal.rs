@@ -13,7 +13,7 @@ pub struct Portal;
 
 #[pymethods]
 impl Portal {
-    /// How far it is open: 0 shut, no light comes through; 1 all the way. A door that is set moves no more by itself.
+    /// Openness: 0 shut, no light comes through; 1 all the way. A door that is set moves no more by itself.
     #[getter]
     fn open(own: PyRef<'_, Self>) -> PyResult<f32> {
         let entity: &Entity = own.as_super();

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use relief::sense::sensor_name;
 use relief::systems::sensors::{self, Lens, SensorKind};
 
-/// Of a camera whose projection is not parallel.
+/// Lens of a camera whose projection is not parallel.
 fn lens(own: &PyRef<'_, Sensor>) -> PyResult<Option<Lens>> {
     Sensor::read(own, |sensor| match &sensor.kind {
         SensorKind::Camera(camera) => camera.intrinsics().map(|_| camera.lens),
@@ -71,7 +71,7 @@ impl Sensor {
         Self::read(&own, |sensor| sensor.phase)
     }
 
-    /// Of a camera: the names of what it gives. Of others none.
+    /// Names of a camera's outputs; of other sensors none.
     #[getter]
     fn outputs(own: PyRef<'_, Self>) -> PyResult<Vec<&'static str>> {
         Self::read(&own, |sensor| match &sensor.kind {
@@ -80,7 +80,7 @@ impl Sensor {
         })
     }
 
-    /// Of a camera: width and height of its pictures, pixels.
+    /// Width and height of a camera's pictures, pixels.
     #[getter]
     fn size(own: PyRef<'_, Self>) -> PyResult<Option<(u32, u32)>> {
         Self::read(&own, |sensor| match &sensor.kind {
@@ -89,7 +89,7 @@ impl Sensor {
         })
     }
 
-    /// Of a camera: its matrix, float64 (3, 3), pixels; integers are the middles of pixels. ``None`` where the
+    /// Intrinsic matrix of a camera, float64 (3, 3), pixels; integers are the middles of pixels. ``None`` where the
     /// projection is parallel.
     #[getter]
     #[allow(non_snake_case)]
@@ -101,23 +101,23 @@ impl Sensor {
         Ok(intrinsics.map(|intrinsics| camera_matrix(own.py(), &intrinsics).unbind()))
     }
 
-    /// Of a camera: how its lens bends the picture, OpenCV's coefficients as its `distortion_model` has them, float64:
-    /// (k1, k2, p1, p2, k3), all 0 where nothing is bent; with k4, k5, k6 after these; or of a fisheye (k1, k2, k3,
-    /// k4). ``None`` where the projection is parallel.
+    /// Distortion coefficients of a camera's lens, OpenCV's for its `distortion_model`, float64: (k1, k2, p1, p2, k3),
+    /// all 0 where nothing is distorted; with k4, k5, k6 after these; or of a fisheye (k1, k2, k3, k4). ``None`` where
+    /// the projection is parallel.
     #[getter]
     #[allow(non_snake_case)]
     fn D(own: PyRef<'_, Self>) -> PyResult<Option<Py<PyArray1<f64>>>> {
         Ok(lens(&own)?.map(|lens| coefficients(own.py(), &lens).unbind()))
     }
 
-    /// Of a camera: "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls them. ``None`` where the
-    /// projection is parallel.
+    /// Distortion model of a camera in ROS's names: "plumb_bob", "rational_polynomial" or "equidistant". ``None`` where
+    /// the projection is parallel.
     #[getter]
     fn distortion_model(own: PyRef<'_, Self>) -> PyResult<Option<&'static str>> {
         Ok(lens(&own)?.map(|lens| model(&lens)))
     }
 
-    /// What real sensors get wrong: a dict by the names that the scene's file has (docs/sensors.md). Of a camera
+    /// Noise model of the sensor: a dict by the names that the scene's file has (docs/sensors.md). Of a camera
     /// `full_well`, `read`, `dark`, `gain`, `bits` and `black`; of a lidar `range_sigma`, `drop_rate` and `drop_below`;
     /// of an IMU densities and biases; of a receiver `horizontal_sigma`, `vertical_sigma` and `velocity_sigma`.
     /// ``None`` of a camera without noise, and of all others.

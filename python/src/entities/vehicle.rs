@@ -45,7 +45,7 @@ impl Vehicle {
         motion(&own, |motion| motion.speed)
     }
 
-    /// Of its speed, m/s².
+    /// Acceleration along its forward, m/s².
     #[getter]
     fn acceleration(own: PyRef<'_, Self>) -> PyResult<f64> {
         motion(&own, |motion| motion.acceleration.into())
@@ -57,7 +57,7 @@ impl Vehicle {
         motion(&own, |motion| motion.yaw)
     }
 
-    /// Of the front wheels, radians, left positive.
+    /// Steering angle of the front wheels, radians, left positive.
     #[getter]
     fn steering(own: PyRef<'_, Self>) -> PyResult<f64> {
         motion(&own, |motion| motion.steering.into())
@@ -100,8 +100,8 @@ impl Vehicle {
         on_route(&own, |on| on.offset)
     }
 
-    /// Whether it goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False``
-    /// lets its route have it.
+    /// Goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False`` lets its
+    /// route have it.
     #[getter]
     fn by_hand(own: PyRef<'_, Self>) -> PyResult<bool> {
         let (py, entity) = (own.py(), own.as_super());
@@ -120,7 +120,7 @@ impl Vehicle {
         })
     }
 
-    /// What is asked of it: a dict with `throttle`, `brake`, `steer`, `headlights` and `indicator`.
+    /// Control inputs: a dict with `throttle`, `brake`, `steer`, `headlights` and `indicator`.
     #[getter]
     fn controls<'py>(own: PyRef<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let py = own.py();
@@ -186,7 +186,7 @@ impl Vehicle {
     }
 }
 
-/// What a route drives would be asked in vain.
+/// Refuses controls of a vehicle that a route drives: they would have no effect.
 fn refuse_on_route(world: &World, id: StateId) -> Outcome<()> {
     let Some(on) = world.component::<OnRoute>(id)? else { return Ok(()) };
     let routes = world.simulation.world.resource::<Routes>();

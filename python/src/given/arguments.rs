@@ -17,13 +17,13 @@ pub type Given<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// Characters of a wrong value that a message shows.
 const MOST_SHOWN: usize = 60;
 
-/// What others call what is called otherwise here.
+/// Names of arguments in other programs, with those used here.
 const SYNONYMS: [(&str, &str); 5] =
     [("width", "size"), ("height", "size"), ("resolution", "size"), ("fov", "fov_y_degrees"), ("position", "at")];
 
-/// What an argument may be read as.
+/// Types that an argument may be read as.
 pub trait Argument: for<'a, 'py> FromPyObject<'a, 'py> {
-    /// What is expected, for messages.
+    /// Expected value, for messages.
     fn expected() -> String;
 }
 
@@ -87,7 +87,7 @@ pub fn optional<T: Argument>(name: &str, given: Given<'_, '_>) -> PyResult<Optio
     given.filter(|given| !given.is_none()).map(|given| required(name, given)).transpose()
 }
 
-/// What a value was refused with, in words that name the argument.
+/// Exception for a refused value, with a message that names the argument.
 fn refused(name: &str, expected: &str, given: &Bound<'_, PyAny>, error: PyErr) -> PyErr {
     let py = given.py();
     let message = || format!("{name}: expected {expected}, found {}", found(given));
@@ -218,7 +218,7 @@ impl<'a, 'py> Keywords<'a, 'py> {
         Self { of: format!("{name}: "), ..Self::new(Some(given)) }
     }
 
-    /// As it was given.
+    /// Reads a value unconverted.
     pub fn get(&mut self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.known.push(name.to_owned());
         let found = self.given.map(|given| given.get_item(name)).transpose()?.flatten();

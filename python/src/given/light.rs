@@ -10,8 +10,8 @@ use relief::glam::{DVec3, Vec3};
 use relief::systems::assets::color::linear_from_srgb;
 use relief::systems::lights::{self, LightKind};
 
-/// What a light shines like. An intensity of 1 at attenuation 1 lights a white surface that faces the light to a
-/// radiance of 1.
+/// Settings of a light. An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of
+/// 1.
 #[pyclass(frozen, from_py_object, module = "relief")]
 #[derive(Clone, Debug)]
 pub struct Light(pub lights::Light);

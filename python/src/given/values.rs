@@ -99,7 +99,7 @@ impl Argument for Point {
     }
 }
 
-/// Where something is put, and how it is turned: by angles, or toward a point.
+/// Place and rotation of something: by angles, or toward a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Placing {
     pub at: DVec3,
@@ -108,7 +108,7 @@ pub struct Placing {
     pub look_at: Option<DVec3>,
 }
 
-/// What of an entity looks to where it is turned.
+/// Axis of an entity that points where it is turned to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Facing {
     /// +Z: vehicles, lidars, meshes.
@@ -118,7 +118,7 @@ pub enum Facing {
 }
 
 impl Placing {
-    /// Of arguments of these names; `turn`: yaw, pitch and roll.
+    /// Reads arguments of these names; `turn`: yaw, pitch and roll.
     pub fn read(at: Given<'_, '_>, turn: [Given<'_, '_>; 3], look_at: Given<'_, '_>) -> PyResult<Self> {
         let at = optional::<Point>("at", at)?.map_or(DVec3::ZERO, |at| at.0);
         let mut angles = [0.0; 3];
@@ -139,7 +139,7 @@ impl Placing {
         Ok(Self { at, turn: angles.map(|angle| angle as f32), look_at })
     }
 
-    /// Whether it is turned at all.
+    /// Tells if it is rotated at all.
     pub fn is_turned(&self) -> bool {
         self.look_at.is_some() || self.turn != [0.0; 3]
     }

@@ -1,4 +1,4 @@
-//! What there is in the world of a `Sim`: entities by name, id and kind, roads, classes, types.
+//! Contents of a `Sim`'s world: entities by name, id and kind, roads, classes, types.
 
 use crate::entities::classes::{wrap, wrap_as};
 use crate::entities::entity::Kind;
@@ -63,7 +63,7 @@ impl Sim {
         self.entities_of(py, None)
     }
 
-    /// What is mounted on nothing: vehicles, lights and models each as one thing, without the parts that they have.
+    /// Entities without a parent: vehicles, lights and models each as one thing, without the parts that they have.
     /// Those are their `children`.
     #[getter]
     fn roots(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
@@ -147,7 +147,7 @@ impl Sim {
         Ok(dict)
     }
 
-    /// What is known of each semantic class, by name: a dict with its `id`, its `color` (8-bit sRGB), whether it
+    /// Properties of each semantic class, by name: a dict with its `id`, its `color` (8-bit sRGB), whether it
     /// `is_thing` (whose instances are counted; else it is stuff, as road and sky) and its `train_id` (255: none).
     #[getter]
     fn class_info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -190,9 +190,9 @@ impl Sim {
         Ok(dict)
     }
 
-    /// What all vehicles of a type share: a dict. `size` (width, height, length), `rear_overhang` (from the rear axle
-    /// back to the bumper), `wheelbase` and `track`, metres; `mass`, kilograms; `speed` and `reverse_speed` at most,
-    /// m/s; `acceleration` and `braking` of whole pedals, m/s²; `steering`, the largest angle, radians, and
+    /// Properties shared by all vehicles of a type: a dict. `size` (width, height, length), `rear_overhang` (from the
+    /// rear axle back to the bumper), `wheelbase` and `track`, metres; `mass`, kilograms; `speed` and `reverse_speed`
+    /// at most, m/s; `acceleration` and `braking` of whole pedals, m/s²; `steering`, the largest angle, radians, and
     /// `steering_rate`, rad/s; `lateral_acceleration` that a driver on a route slows down for, m/s²; `paints`, how
     /// many; `class`, the name of its semantic class. Raises KeyError, which names the nearest.
     fn vehicle_type<'py>(&self, py: Python<'py>, name: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {

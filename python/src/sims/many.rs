@@ -210,8 +210,8 @@ pub fn adapter(py: Python<'_>) -> PyResult<String> {
     Ok(py.detach(|| device::with_drawing(|drawing| Ok(drawing.open()?.name())))?)
 }
 
-/// How many threads the steps of worlds are shared out over: 1 to 1024, set before the first world. Raises ValueError
-/// where the process has others already.
+/// Sets the number of threads that step worlds: 1 to 1024, set before the first world. Raises ValueError where the
+/// process has others already.
 #[pyfunction]
 pub fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
     let threads: usize = required("threads", threads)?;

@@ -14,7 +14,7 @@ use relief::systems::run::standard_inputs::SetSignal;
 use relief::systems::vehicles::routes::Routes;
 use relief::systems::vehicles::signals::{Aspect, Signals};
 
-/// What heads of signals show, by name.
+/// Aspects of signal heads by name.
 const ASPECTS: [(&str, Aspect); 3] = [("red", Aspect::Red), ("amber", Aspect::Amber), ("green", Aspect::Green)];
 
 /// A road to follow.
@@ -23,19 +23,19 @@ pub struct Route {
     /// Its name.
     #[pyo3(get)]
     name: String,
-    /// Of its centre line, metres.
+    /// Length of its centre line, metres.
     #[pyo3(get)]
     length: f64,
-    /// How many lanes it has.
+    /// Number of lanes.
     #[pyo3(get)]
     lanes: u8,
     /// Metres from the middle of a lane to that of the next.
     #[pyo3(get)]
     lane_width: f32,
-    /// Whether the end is the beginning.
+    /// Closed loop: the end is the beginning.
     #[pyo3(get)]
     closed: bool,
-    /// Of the scene's limit at its beginning, m/s.
+    /// Speed limit from the scene at its beginning, m/s.
     #[pyo3(get)]
     speed_limit: f32,
     /// The names of the routes that may follow.
@@ -128,7 +128,7 @@ impl World {
         signals.iter().map(of).collect()
     }
 
-    /// How many groups a signal has.
+    /// Number of groups of a signal.
     fn groups(&self, signal: &str) -> Outcome<usize> {
         let signals = self.simulation.world.resource::<Signals>();
         let found = signals.iter().find(|known| known.name == signal);
@@ -140,7 +140,7 @@ impl World {
     }
 }
 
-/// What so many groups are to show: one name for all of them, or a name for each.
+/// Aspects of so many groups: from one name for all of them, or a name for each.
 fn aspects(names: &Names, groups: usize) -> Outcome<Vec<Aspect>> {
     let aspect = |wanted: &String| {
         name::find("aspect", &ASPECTS, wanted).map_err(|message| Failure::value(format!("shows: {message}")))

@@ -75,7 +75,7 @@ fn of_package(py: Python<'_>, scene: &Path) -> PyResult<()> {
     Err(PyErr::from_value(class.call1((message,))?))
 }
 
-/// Of several arguments, each a name.
+/// Reads several arguments, each a name.
 fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
     names.iter().enumerate().map(|(i, name)| required(&format!("names[{i}]"), &name)).collect()
 }
@@ -165,7 +165,7 @@ impl Sim {
         self.with(py, |world| Ok(world.loaded.name.clone()))
     }
 
-    /// What a person should know of the scene though it loaded.
+    /// Warnings of the loaded scene.
     #[getter]
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.with(py, |world| Ok(world.loaded.warnings.clone()))
@@ -177,7 +177,7 @@ impl Sim {
         self.with(py, |world| Ok(world.loaded.files.clone()))
     }
 
-    /// What random numbers of the run begin with.
+    /// Seed of the run's random numbers.
     #[getter]
     fn seed(&self, py: Python<'_>) -> PyResult<u64> {
         self.with(py, |world| Ok(world.simulation.world.resource::<Seed>().0))
@@ -313,7 +313,7 @@ impl World {
     }
 }
 
-/// Whether a sensor is wanted: all are where no names are given.
+/// Tells if a sensor is wanted: all are where no names are given.
 pub fn is_among(names: &[String], full: &str) -> bool {
     let last = full.rsplit_once('/').map_or(full, |(_, last)| last);
     names.is_empty() || names.iter().any(|name| name == full || name == last)

@@ -1,4 +1,4 @@
-//! What `Sim` brings into being: vehicles, lights, copies of what is drawn, sensors.
+//! Spawning by `Sim`: vehicles, lights, copies of what is drawn, sensors.
 
 use crate::entities::classes::wrap_as;
 use crate::entities::entity::{Entity, Kind};

@@ -8,7 +8,8 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 /// The process that first made a world: its threads are in no process that is forked from it.
 static PROCESS: OnceLock<u32> = OnceLock::new();
 
-/// What draws, with what it has of all worlds: they share the device, and worlds of one scene meshes and textures.
+/// Device and renderers, with the resources of all worlds: they share the device, and worlds of one scene meshes and
+/// textures.
 static DRAWING: Mutex<Option<Drawing>> = Mutex::new(None);
 
 /// Before anything that takes a lock, or uses threads or the device.

@@ -23,7 +23,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// What snapshots in memory are called in messages.
+/// Name of snapshots in memory, for messages.
 const SNAPSHOT: &str = "snapshot";
 
 /// A scene that was read, and what recordings and snapshots of it belong to.
@@ -50,7 +50,7 @@ pub struct World {
     pub stepper: Stepper,
     pub sensors: WorldSensors,
     pub watch: Watch,
-    /// Of what was spawned, which spawning that was, counted from 1: ids are given again after a reset.
+    /// Spawn number of each spawned entity, counted from 1: ids are given again after a reset.
     births: HashMap<StateId, u64>,
     spawned: u64,
     /// Recordings that were begun.
@@ -98,7 +98,7 @@ impl World {
         self.simulation.world.resource::<Clock>().step
     }
 
-    /// Where the world's coordinates count from, in the scene's.
+    /// Origin of the world's coordinates, in the scene's.
     pub fn origin(&self) -> DVec3 {
         self.simulation.world.resource::<Origin>().0
     }
@@ -133,12 +133,12 @@ impl World {
         Ok(id)
     }
 
-    /// Which spawning brought an entity into being; 0: it was there when the run began, or came by a replay.
+    /// Spawn number of an entity; 0: it was there when the run began, or came by a replay.
     pub fn birth(&self, id: StateId) -> u64 {
         self.births.get(&id).copied().unwrap_or_default()
     }
 
-    /// What was spawned and is not in the state at hand is forgotten.
+    /// Forgets spawned entities that are not in the state at hand.
     fn forget_later(&mut self) {
         let next = self.simulation.world.resource::<EntityRegistry>().next_id();
         self.births.retain(|id, _| id.0 < next.0);
@@ -204,14 +204,14 @@ impl World {
         scene_from_entity
     }
 
-    /// Of a vehicle with all its bits.
+    /// Place in its parent's axes; of a vehicle in full 64-bit precision.
     fn place(&self, entity: Entity, transform: &Transform) -> DVec3 {
         let motion = self.simulation.world.get::<relief::systems::vehicles::Motion>(entity);
         let exact = motion.map(|motion| motion.place).filter(|place| place.as_vec3() == transform.translation);
         exact.unwrap_or(transform.translation.as_dvec3())
     }
 
-    /// What recordings and snapshots of this run belong to.
+    /// Identity that recordings and snapshots of this run belong to.
     fn identity(&self) -> Outcome<Identity> {
         let template = &self.scene.template;
         let identity = match self.scene.identity.get() {

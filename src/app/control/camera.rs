@@ -11,7 +11,7 @@ const TURN: f32 = 0.005;
 const POLE: f32 = 0.01;
 /// Distance to the pivot that one notch of the wheel leaves.
 const ZOOM: f32 = 0.85;
-/// How much faster one flies with Shift.
+/// Factor on the flying speed with Shift.
 const FAST: f32 = 5.0;
 
 /// Either the scene's camera or a pose of its own.
@@ -27,14 +27,14 @@ pub struct Pose {
     pub eye: Vec3,
     /// World from view.
     pub rotation: Quat,
-    /// What it turns around and zooms to, world space.
+    /// Point that it turns around and zooms to, world space.
     pub pivot: Vec3,
     /// Times the height of a parallel projection.
     pub zoom: f32,
 }
 
 impl Controller {
-    /// What to draw for, given the view of the scene's camera.
+    /// View to draw, given that of the scene's camera.
     pub fn view(&self, scene: &View) -> View {
         let Some(pose) = &self.free else { return scene.clone() };
         let mut camera = scene.camera.clone();

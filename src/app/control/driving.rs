@@ -4,7 +4,7 @@ use glam::Vec3;
 use systems::vehicles::{Controls, Headlights, Indicator, Motion, VehicleType};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
-/// Of full lock, per second, while a key is held and back to the middle.
+/// Rate of steering while a key is held and back to the middle, full locks per second.
 const TURN: f32 = 1.6;
 const RETURN: f32 = 3.0;
 /// m/s² sideways that keys do not steer beyond.
@@ -53,7 +53,7 @@ impl Wheel {
     }
 }
 
-/// Of full lock, 0..1: what keeps to [`SIDEWAYS`] by the bicycle model, tan δ = L·a / v².
+/// Steering limit as a fraction of full lock, 0..1: keeps to [`SIDEWAYS`] by the bicycle model, tan δ = L·a / v².
 fn most_steering(speed: f32, kind: &VehicleType) -> f32 {
     let angle = (kind.wheelbase * SIDEWAYS / (speed * speed).max(1e-3)).atan();
     (angle / kind.limits.steering).min(1.0)
@@ -73,7 +73,7 @@ pub fn toggle_indicator(now: Indicator, side: Indicator) -> Indicator {
     if now == side { Indicator::Off } else { side }
 }
 
-/// Which of some places is nearest to a point ahead of an eye.
+/// Finds the nearest of some places to a point.
 pub fn nearest<T>(places: impl Iterator<Item = (T, Vec3)>, to: Vec3) -> Option<T> {
     places.min_by(|(_, a), (_, b)| a.distance(to).total_cmp(&b.distance(to))).map(|(found, _)| found)
 }

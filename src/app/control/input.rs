@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use winit::event::{KeyEvent, MouseButton};
 use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
 
-/// What a key asks for.
+/// Commands of keys.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Command {
     /// Stops the clock, or starts it.
@@ -62,7 +62,6 @@ pub enum Command {
 pub struct KeyBinding {
     /// Any of these; named as on an English keyboard.
     pub keys: &'static [&'static str],
-    /// What they ask for.
     pub command: Command,
     /// For people.
     pub help: &'static str,
@@ -99,7 +98,7 @@ pub const KEYS: [KeyBinding; 23] = [
     key(&["Esc"], Command::Quit, "back from a sensor in full size; close the window"),
 ];
 
-/// What the pointer does, and the keys that go with it.
+/// Actions of the pointer, and the keys that go with it.
 pub const POINTER: [(&str, &str); 7] = [
     ("click", "select an object"),
     ("left drag", "turn about the point under it"),
@@ -142,7 +141,7 @@ fn latin(key: PhysicalKey) -> Option<String> {
     format!("{code:?}").strip_prefix("Key").map(str::to_owned)
 }
 
-/// What a drag does.
+/// Kinds of drags.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Gesture {
     /// Left: turn about the pivot; a click where the pointer stays.
@@ -153,14 +152,14 @@ pub enum Gesture {
     Look,
 }
 
-/// What the pointer is doing over the scene. Pixels.
+/// State of the pointer over the scene. Pixels.
 #[derive(Clone, Debug, Default)]
 pub struct Pointer {
-    /// Where it is; `None` outside the window.
+    /// Position; `None` outside the window.
     pub at: Option<Vec2>,
     /// The button that drags, and what it does.
     pub drag: Option<(MouseButton, Gesture)>,
-    /// How far the drag went.
+    /// Length of the drag.
     travelled: f32,
     /// The keys that fly, by place: W A S D Q E.
     flying: [bool; 6],
@@ -230,7 +229,7 @@ impl Pointer {
         looking
     }
 
-    /// Where the keys held want to go, in the camera's axes.
+    /// Direction of flight by the keys held, in the camera's axes.
     pub fn fly_direction(&self) -> Vec3 {
         FLY_KEYS.iter().zip(self.flying).filter(|(_, held)| *held).map(|((_, direction), _)| *direction).sum()
     }

@@ -1,4 +1,4 @@
-//! What is under the pointer, from the ids and depths of the last frame.
+//! Picking under the pointer, from the ids and depths of the last frame.
 
 use crate::renderer::{Picked, SingleView};
 use glam::{Vec2, Vec3, Vec4Swizzles};
@@ -13,7 +13,7 @@ pub struct Hit {
     pub point: Vec3,
 }
 
-/// What the last frame shows at a pixel. Waits for the GPU: for clicks, not for every frame.
+/// Finds the surface that the last frame shows at a pixel. Waits for the GPU: for clicks, not for every frame.
 pub fn pick(renderer: &mut SingleView, view: &View, at: Vec2) -> Option<Hit> {
     let pixel = at.cmpge(Vec2::ZERO).all().then(|| at.as_uvec2())?;
     let Picked { entity, depth } = renderer.pick(pixel)?;

@@ -1,4 +1,4 @@
-//! What a window draws with. Where the device is lost it is opened anew; nothing of the world is in it.
+//! Graphics resources of a window. Where the device is lost it is opened anew; nothing of the world is in it.
 
 use crate::app::screen::gui::Gui;
 use crate::app::screen::surface::Screen;

@@ -10,7 +10,7 @@ use winit::window::Window;
 
 /// The user interface of a window.
 pub struct Gui {
-    /// What widgets remember.
+    /// State of the widgets.
     pub context: egui::Context,
     state: egui_winit::State,
     renderer: egui_wgpu::Renderer,
@@ -18,7 +18,7 @@ pub struct Gui {
     /// Changes of textures that no frame has shown yet.
     textures: TexturesDelta,
     pixels_per_point: f32,
-    /// What the panel leaves of the window, points.
+    /// Rectangle that the panel leaves of the window, points.
     scene: egui::Rect,
 }
 
@@ -49,13 +49,13 @@ impl Gui {
         let _ = self.state.on_window_event(window, event);
     }
 
-    /// Whether a text field has the keyboard.
+    /// Tells if a text field has the keyboard.
     pub fn is_typing(&self) -> bool {
         self.context.text_edit_focused()
     }
 
-    /// Whether a pixel is the widgets'. egui's own answer would be about where the pointer was in the last frame, and
-    /// a click may follow a movement at once.
+    /// Tells if a widget covers a pixel. egui's own answer would be for the pointer of the last frame, and a click may
+    /// follow a movement at once.
     pub fn covers(&self, at: Vec2) -> bool {
         let at = egui::pos2(at.x, at.y) / self.pixels_per_point;
         let floats = self.context.layer_id_at(at).is_some_and(|layer| layer.order != egui::Order::Background);

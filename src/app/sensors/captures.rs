@@ -25,11 +25,10 @@ pub struct SensorCaptures {
     captured: BTreeMap<Entity, Captured>,
 }
 
-/// What a sensor measured last.
+/// Last capture of a sensor.
 pub struct Captured {
     /// After which it did.
     pub step: u64,
-    /// What it measured.
     pub capture: SensorCapture,
     painted: Option<Painted>,
     dots: Option<(Option<Choice>, Dots)>,
@@ -38,11 +37,11 @@ pub struct Captured {
 /// A picture of a capture, as a texture.
 pub struct Painted {
     pub texture: TextureHandle,
-    /// What its colours mean.
+    /// Scale of its colours.
     pub scale: Option<Scale>,
-    /// Of a view from above: metres from its middle to its sides.
+    /// Distance from the middle to the sides of a view from above, metres.
     pub reach: Option<f32>,
-    /// What it was painted for: the choice, and pixels along the longer side.
+    /// Cache key: the choice, and pixels along the longer side.
     of: (Choice, u32),
 }
 
@@ -58,12 +57,12 @@ impl SensorCaptures {
         self.captured.values_mut().for_each(|captured| captured.painted = None);
     }
 
-    /// What a sensor that is looked at measured last.
+    /// Last capture of a sensor that is looked at.
     pub fn get(&mut self, sensor: Entity) -> Option<&mut Captured> {
         self.captured.get_mut(&sensor)
     }
 
-    /// Where not all points of lidars are drawn over the scene: of how many beams one is.
+    /// Stride of the lidar beams drawn over the scene; `None`: all points are drawn.
     pub fn thinned(&self) -> Option<usize> {
         let dots = self.captured.values().filter_map(|captured| captured.dots.as_ref());
         dots.map(|(_, dots)| dots.every).max().filter(|every| *every > 1)
@@ -155,7 +154,7 @@ impl Captured {
         }
     }
 
-    /// What is read where there is no picture.
+    /// Text of a capture without a picture.
     fn text(&self) -> String {
         match &self.capture.data {
             SensorData::Camera(_) => "no picture".to_owned(),

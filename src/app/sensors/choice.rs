@@ -3,18 +3,18 @@
 use crate::data::pictures::PointValue;
 use systems::sensors::{CameraOutput, Sensor, SensorKind};
 
-/// What is shown of a sensor that has pictures.
+/// Picture that is shown of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Choice {
-    /// Of a camera.
+    /// Output of a camera.
     Output(CameraOutput),
-    /// Of a lidar: what the colours of its points stand for.
+    /// Value of a lidar's points that their colours stand for.
     Points(PointValue),
 }
 
 impl Choice {
-    /// What can be shown of a sensor, with names, what is shown at first before all others. Empty for sensors without
-    /// pictures: theirs are read as text.
+    /// All pictures of a sensor with their names, the default one first. Empty for sensors without pictures: theirs are
+    /// read as text.
     pub fn all_of(sensor: &Sensor) -> Vec<(&'static str, Self)> {
         match &sensor.kind {
             SensorKind::Camera(camera) => {

@@ -7,16 +7,16 @@ use egui::Color32;
 use glam::{DVec3, Vec3};
 use systems::sensors::Classes;
 
-/// Of a lidar: projected, painted and uploaded in each frame.
+/// Most points of a lidar that are projected, painted and uploaded in each frame.
 const MOST_DOTS: usize = 60_000;
 
 /// The points of a lidar as they are drawn.
 pub struct Dots {
-    /// What places count from: the scene's coordinates.
+    /// Origin of the places, scene coordinates.
     pub from: DVec3,
     /// Counting from there, with colours.
     pub places: Vec<(Vec3, Color32)>,
-    /// Of the beams each so-many-th is drawn.
+    /// Stride of the beams drawn.
     pub every: usize,
 }
 
@@ -26,7 +26,7 @@ fn common_factor(a: usize, b: usize) -> usize {
 }
 
 impl Dots {
-    /// Of the returns of a scan, with the colours of a choice.
+    /// Takes the returns of a scan, with the colours of a choice.
     pub fn new(lidar: &LidarCapture, choice: Option<Choice>, classes: &Classes) -> Self {
         let by = if let Some(Choice::Points(by)) = choice { by } else { PointValue::Height };
         let colors = by.colors(lidar, classes).colors;

@@ -1,4 +1,4 @@
-//! What a sensor measured at a place of its picture, as text.
+//! Text of measured values at a place of a sensor's picture.
 
 use crate::app::sensors::choice::Choice;
 use crate::name;

@@ -10,15 +10,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use systems::Simulation;
 use systems::sensors::{Sensor, SensorKind};
 
-/// What of the sensors is looked at.
+/// Views of the sensors that are looked at.
 pub struct SensorViews {
-    /// Whether frusta of cameras and points of lidars are drawn over the scene.
+    /// Frusta of cameras and points of lidars are drawn over the scene.
     pub beams: bool,
     /// The one that fills the view.
     pub full: Option<Entity>,
     /// Those that have thumbnails.
     open: BTreeSet<Entity>,
-    /// Of those that were opened once.
+    /// Choices of sensors that were opened once.
     choices: BTreeMap<Entity, Choice>,
     /// The last captures of what is looked at.
     pub captures: SensorCaptures,
@@ -38,17 +38,17 @@ impl SensorViews {
         }
     }
 
-    /// What sensors are captured with from now on; `None`: there is none for now.
+    /// Sets the device that captures sensors from now on; `None`: there is none for now.
     pub fn use_device(&mut self, gpu: Option<&Gpu>) {
         self.captures.use_device(gpu);
     }
 
-    /// Whether a sensor has a thumbnail.
+    /// Tells if a sensor has a thumbnail.
     pub fn is_open(&self, sensor: Entity) -> bool {
         self.open.contains(&sensor)
     }
 
-    /// Whether any sensor has one.
+    /// Tells if any sensor has a thumbnail.
     pub fn has_thumbnails(&self) -> bool {
         !self.open.is_empty()
     }
@@ -79,7 +79,7 @@ impl SensorViews {
         !sensors.is_empty()
     }
 
-    /// What is shown of a sensor; `None` of one without pictures.
+    /// Picture shown of a sensor; `None` of one without pictures.
     pub fn choice(&self, entity: Entity, sensor: &Sensor) -> Option<Choice> {
         let all = Choice::all_of(sensor);
         let chosen = self.choices.get(&entity).filter(|chosen| all.iter().any(|(_, choice)| choice == *chosen));
@@ -114,7 +114,7 @@ impl SensorViews {
         self.is_open(entity) || self.full == Some(entity) || (self.beams && has_points)
     }
 
-    /// Why sensors were not captured. What failed is not tried again, unless the device was lost.
+    /// Takes the error of the last capture. What failed is not tried again, unless the device was lost.
     pub fn take_failure(&mut self) -> Option<RenderError> {
         let failure = self.failure.take()?;
         if !matches!(failure, RenderError::Lost { .. }) {

@@ -14,7 +14,7 @@ use systems::space::GlobalTransform;
 /// Points.
 const HEIGHT: f32 = 220.0;
 
-/// What an entity is, first of all.
+/// Main kind of an entity.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     /// Drawn.

@@ -7,9 +7,9 @@ use glam::Vec3;
 use systems::lights::{Light, LightKind};
 use systems::run::standard_inputs::edit_light;
 
-/// What a light gets that shall end and had no end. Metres.
+/// Range of a light that gets an end and had none, metres.
 const FIRST_RANGE: f32 = 10.0;
-/// What the temperature stands at before it is moved: a light keeps its colour, not where that is from. Kelvin.
+/// Initial value of the temperature slider, kelvin: a light keeps its colour, not the temperature that it came from.
 const DAYLIGHT: f32 = 6500.0;
 
 /// Shows the settings of an entity's light, if it has one, and takes over what is changed.

@@ -1,4 +1,4 @@
-//! What egui shows; uses the viewer and all below it.
+//! Contents of the egui interface; uses the viewer and all below it.
 //!
 //! ```text
 //! legend                            colour bars

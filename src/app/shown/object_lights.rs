@@ -15,7 +15,7 @@ use systems::space::{GlobalTransform, Sphere};
 /// The colours of an object's three lights, most relevant first: those of the debug view.
 const LIGHT_COLORS: [Color32; 3] =
     [Color32::from_rgb(245, 90, 80), Color32::from_rgb(95, 210, 95), Color32::from_rgb(95, 155, 255)];
-/// Of the lights beyond the three.
+/// Colour of the lights beyond the three.
 const OTHER_LIGHT_COLOR: Color32 = Color32::from_gray(190);
 
 /// The colours of an object's lights, most relevant first.
@@ -34,7 +34,7 @@ pub struct ObjectLight {
     pub score: f32,
     /// From the object's centre, metres; `None` where it is infinitely far away.
     pub distance: Option<f32>,
-    /// Where it is, or towards it where it is infinitely far away; world space.
+    /// Position, or a point towards it where it is infinitely far away; world space.
     pub place: Vec3,
     /// In the light table.
     pub slot: u32,
@@ -47,11 +47,11 @@ pub struct ObjectLights {
     pub bounds: Sphere,
     /// Those that shade it.
     pub lights: Vec<ObjectLight>,
-    /// How many lights reach the object.
+    /// Number of lights that reach the object.
     pub reaching: u32,
-    /// Which of them shade it.
+    /// Policy that selects those that shade it.
     pub policy: LightPolicy,
-    /// What is left out of the sum of scores: [`Selection::dropped`].
+    /// Sum of the scores of lights that are left out: [`Selection::dropped`].
     pub left_out: f32,
 }
 
@@ -126,7 +126,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
     clicked
 }
 
-/// What an object's lights leave out, in a line.
+/// Formats what an object's lights leave out, in a line.
 fn left_out(lights: &ObjectLights) -> String {
     let others = lights.reaching.saturating_sub(lights.lights.len() as u32);
     // Kept to two digits, see `systems::lights::SelectedLights`.

@@ -1,4 +1,4 @@
-//! What is painted over the scene: lines from an object to its lights, and the speed of what is driven.
+//! Overlay of the scene: lines from an object to its lights, and the speed of the driven vehicle.
 
 use crate::app::shown::object_lights::{ObjectLights, colors};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};

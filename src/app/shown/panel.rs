@@ -23,17 +23,16 @@ use systems::lights::{LightPolicies, LightPolicy, LightRecord};
 pub const WIDTH: f32 = 292.0;
 const CARD_WIDTH: f32 = 250.0;
 
-/// What the panel tells of the last frame.
+/// Data of the last frame that the panel shows.
 pub struct FrameInfo<'a> {
     /// The adapter's name and kind.
     pub adapter: &'a str,
-    /// What was drawn and uploaded.
+    /// Statistics of draws and uploads.
     pub stats: RenderStats,
-    /// What was in view, as far as the GPU has told.
+    /// Visible objects, as far as the GPU has told.
     pub drawn: Option<VisibleCounts>,
-    /// How long it took.
     pub timing: Timing,
-    /// What it was drawn for.
+    /// View that it was drawn for.
     pub view: &'a View,
 }
 
@@ -253,7 +252,7 @@ fn count(number: u64) -> String {
     groups.join("\u{2009}")
 }
 
-/// What is known of the object that is pointed out, in the other corner.
+/// Shows a card about the object that is pointed out, in the other corner.
 fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
     // A card about what is under the pointer must not be under the pointer itself: it would come and go.
     let selected = viewer.hovered.is_none();

@@ -16,12 +16,12 @@ use systems::space::origin::Origin;
 
 /// Metres that frusta are drawn long.
 const LENGTH: f32 = 3.0;
-/// Of the mark at a sensor without a frustum, metres.
+/// Size of the mark at a sensor without a frustum, metres.
 const MARK: f32 = 0.25;
 /// Points across a dot.
 const DOT: f32 = 2.0;
 
-/// Where points of the world are on the screen.
+/// Projection of world points onto the screen.
 struct Screen<'a> {
     painter: &'a Painter,
     clip_from_world: Mat4,
@@ -74,7 +74,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What a camera sees up to [`LENGTH`], with a roof where its upper side is.
+    /// Draws a camera's frustum up to [`LENGTH`], with a roof where its upper side is.
     fn frustum(&self, camera: &CameraSensor, world_from_camera: &Affine3A, color: Color32, name: &str) {
         let view = View::new(world_from_camera, &camera.camera(), camera.size.0, camera.size.1);
         let far = LENGTH.max(2.0 * camera.near).min(camera.far);

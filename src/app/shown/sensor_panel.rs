@@ -47,7 +47,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, sensors: &[(String, Entity)]) {
     }
 }
 
-/// What can be shown of a sensor, in a line that wraps.
+/// Shows the choices of a sensor's pictures, in a line that wraps.
 pub fn choices(ui: &mut Ui, views: &mut SensorViews, entity: Entity, sensor: &Sensor) {
     let before = views.choice(entity, sensor);
     ui.horizontal_wrapped(|ui| {

@@ -1,4 +1,4 @@
-//! What sensors measured last: thumbnails along the lower edge of the view, or one in full size.
+//! Last captures of sensors: thumbnails along the lower edge of the view, or one in full size.
 
 use crate::app::sensors::captures::{Captured, Painted};
 use crate::app::sensors::choice::{self, Choice};
@@ -22,7 +22,7 @@ const MARGIN: f32 = 8.0;
 pub const ROOM: f32 = 170.0;
 /// Pixels along the longer side of a thumbnail's picture, and of one in full size.
 const PIXELS: [u32; 2] = [512, 2048];
-/// Of views from above, which have as many pixels as are asked for.
+/// Pixels of views from above, which have as many as are asked for.
 const PIXELS_FROM_ABOVE: [u32; 2] = [224, 640];
 
 /// Shows the sensor in full size, else the thumbnails; in what the panel leaves of the window.
@@ -150,7 +150,7 @@ fn picture(ui: &mut Ui, captured: &mut Captured, choice: Option<Choice>, world: 
     response.clicked()
 }
 
-/// Of a texture.
+/// Whole texture, in its coordinates.
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: Pos2::new(1.0, 1.0) };
 
 fn image(painter: &Painter, painted: &Painted, rect: Rect) {
@@ -206,7 +206,7 @@ fn pixels(choice: Option<Choice>) -> [u32; 2] {
     if matches!(choice, Some(Choice::Points(_))) { PIXELS_FROM_ABOVE } else { PIXELS }
 }
 
-/// What is shown, and from where to where its colours go.
+/// Caption of a picture: its value, and the range of its colours.
 fn caption(choice: Option<Choice>, scale: Option<Scale>) -> String {
     let name = match choice {
         Some(Choice::Output(output)) => name::of(&CameraOutput::ALL, output),

@@ -15,7 +15,7 @@ const DISPLAYS: [&str; 3] = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"];
 #[cfg(all(unix, not(target_vendor = "apple")))]
 const NO_LAYER: &str = "NODEVICE_SELECT";
 
-/// Whether there may be a display to show a window on.
+/// Tells if there may be a display to show a window on.
 #[cfg(all(unix, not(target_vendor = "apple")))]
 pub fn may_exist() -> bool {
     DISPLAYS.iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))

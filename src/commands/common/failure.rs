@@ -1,4 +1,4 @@
-//! What a command ends with when it is not done: a message, with the options that help, and an exit code.
+//! Failures of commands: a message, with the options that help, and an exit code.
 
 use crate::data::shards::ShardError;
 use crate::frames::FrameError;
@@ -19,12 +19,12 @@ const INCOMPLETE: u8 = 4;
 /// Anything else.
 const OTHER: u8 = 1;
 
-/// What to do about a colour image.
+/// Hint for a colour image.
 #[cfg(feature = "tools")]
 const CHANNELS: &str =
     "--channel r, g, b, a or luminance takes one of them; relief map height guesses heights from colours";
 
-/// Why a command is not done.
+/// Failure of a command.
 pub struct Failure {
     /// For people; `None` where all has been said.
     message: Option<String>,

@@ -1,4 +1,4 @@
-//! What several commands take and say.
+//! Arguments and messages that several commands share.
 //!
 //! ```text
 //! arguments  how values of options are read;  view: options of several commands

@@ -8,7 +8,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What is done quickly shows nothing.
+/// Delay before a bar is shown: quick work shows none.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 /// A bar on a terminal, nothing elsewhere.

@@ -1,4 +1,4 @@
-//! What several commands take: how a scene is seen and loaded, what is made of frames, what a run is kept in.
+//! Arguments that several commands share: view and loading of a scene, outputs of frames, files of a run.
 
 use crate::commands::common::arguments::{self, MOST_FRAMES, ON_OFF};
 use crate::commands::common::progress;
@@ -107,7 +107,7 @@ pub fn loading() -> LoadOptions {
     LoadOptions { watch: Some(progress::of_loading), ..LoadOptions::for_one_renderer() }
 }
 
-/// What is made of frames.
+/// Outputs of frames.
 #[derive(Args, Clone)]
 pub struct PictureArgs {
     /// Outputs, separated by commas. Depth, normal and id show a blended object where its opacity is at least one half,
@@ -164,7 +164,7 @@ fn output_kind() -> impl TypedValueParser<Value = OutputKind> {
     })
 }
 
-/// What a run is kept in and begins from.
+/// Files that a run is kept in and begins from.
 #[derive(Args, Clone)]
 pub struct FileArgs {
     /// Write the step number and a hash of the whole state after each step, one line per step

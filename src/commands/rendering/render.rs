@@ -28,7 +28,7 @@ pub struct RenderArgs {
     pub save_snapshot: Option<PathBuf>,
 }
 
-/// What relief split has said of its shards, or makes no sense of one.
+/// Options that relief split has fixed for its shards, or that make no sense for one.
 const OF_SPLIT: [&str; 24] = [
     "output",
     "sensors",

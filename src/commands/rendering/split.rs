@@ -28,7 +28,7 @@ pub struct SplitArgs {
     pub shards: usize,
     #[command(flatten)]
     pub work: WorkArgs,
-    /// As given, of what is rendered of each frame.
+    /// Options of each frame's rendering, unparsed.
     #[arg(skip)]
     pub options: Vec<String>,
 }

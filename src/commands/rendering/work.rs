@@ -10,7 +10,7 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use std::path::Path;
 
-/// What is rendered of which frames.
+/// Rendered outputs, and their frames.
 #[derive(Args)]
 pub struct WorkArgs {
     /// Capture sensors of the scene instead of its camera's pictures: all, or their names separated by commas; a

@@ -78,7 +78,8 @@ pub struct BenchArgs {
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// How objects are lit: three, enough, all or hard; see relief render --help [default: three, of a scene its own]
+    /// Light policy of objects: three, enough, all or hard; see relief render --help [default: three, of a scene its
+    /// own]
     #[arg(long, value_name = "POLICY", value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights_policy: Option<LightPolicy>,
     /// Levels of detail: on or off

@@ -1,4 +1,4 @@
-//! What `relief lights` and `relief shadows` have in common: the frame, and how its error is told.
+//! Common parts of `relief lights` and `relief shadows`: the frame, and the report of its error.
 
 use crate::commands::common::arguments::{self, MOST_FRAMES};
 use crate::commands::common::failure::{Failure, say};

@@ -96,7 +96,7 @@ pub(crate) fn files_of(sensor: &Sensor, formats: &[FileFormat], (step, first): (
 /// The bytes of a file; `None` of flow where the capture before is not known.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(crate) fn encode(capture: &SensorCapture, file: &OutputFile) -> Result<Option<Vec<u8>>> {
     match &capture.data {
         SensorData::Camera(camera) => {

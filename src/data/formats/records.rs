@@ -24,7 +24,7 @@ pub(super) fn name(kind: &SensorKind) -> &'static str {
 /// Named files in one.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(super) fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Result<Vec<u8>> {
     let arrays: Vec<(&str, Vec<u8>)> = arrays.collect::<Result<_>>()?;
     let arrays: Vec<(&str, &[u8])> = arrays.iter().map(|(name, bytes)| (*name, &bytes[..])).collect();
@@ -36,7 +36,7 @@ pub(super) fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)
 /// The bytes of a file of so many records.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 fn of_columns(rows: usize, columns: &[Column], format: FileFormat) -> Result<Vec<u8>> {
     if format == FileFormat::Npy {
         return npy::encode_records(rows, columns);
@@ -50,7 +50,7 @@ fn of_columns(rows: usize, columns: &[Column], format: FileFormat) -> Result<Vec
 /// The bytes of a file of one capture.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(super) fn of_lidar(
     LidarCapture { scan, instance, class, .. }: &LidarCapture,
     format: FileFormat,
@@ -71,7 +71,7 @@ pub(super) fn of_lidar(
 /// The bytes of a file of one capture.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(super) fn of_imu(
     ImuCapture { valid, nanoseconds, reading, .. }: &ImuCapture,
     format: FileFormat,
@@ -89,7 +89,7 @@ pub(super) fn of_imu(
 /// The bytes of a file of one capture.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(super) fn of_gnss(
     GnssCapture { valid, has_velocity, reading, .. }: &GnssCapture,
     format: FileFormat,
@@ -110,7 +110,7 @@ pub(super) fn of_gnss(
 /// The bytes of a file of one capture.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(super) fn of_collisions(collisions: &[Collision], format: FileFormat) -> Result<Vec<u8>> {
     let instance: Vec<u32> = collisions.iter().map(|collision| collision.instance).collect();
     let class: Vec<u8> = collisions.iter().map(|collision| collision.class).collect();
@@ -130,7 +130,7 @@ pub(super) fn of_collisions(collisions: &[Collision], format: FileFormat) -> Res
 /// The bytes of a file of one capture.
 ///
 /// # Errors
-/// What does not fit into the form.
+/// A value that does not fit into the format.
 pub(super) fn of_lane(reading: &LaneReading, format: FileFormat) -> Result<Vec<u8>> {
     let LaneReading { valid, route, lane, offset, heading_error, curvature, width, along, speed } = *reading;
     let (valid, numbers) = ([u8::from(valid)], [route, lane]);

@@ -18,7 +18,7 @@ pub(crate) trait RunWriter {
     /// A step has been taken, after which so many nanoseconds have passed.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// A file that cannot be written.
     fn tick(&mut self, _nanoseconds: u64) -> Result<(), FrameError> {
         Ok(())
     }
@@ -26,13 +26,13 @@ pub(crate) trait RunWriter {
     /// All that was captured after a step, and where sensors were then.
     ///
     /// # Errors
-    /// What cannot be written, or has no form.
+    /// A file that cannot be written, or an output without a format.
     fn write(&mut self, capture: &Capture, poses: &Poses) -> Result<(), FrameError>;
 
     /// Ends what was begun. Returns the files.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// A file that cannot be written.
     fn finish(self: Box<Self>) -> Result<Vec<PathBuf>, FrameError>;
 }
 

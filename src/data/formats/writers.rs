@@ -47,7 +47,7 @@ pub(crate) fn check_programs(run: &RunInfo) -> Result<(), FrameError> {
 /// Begins what the formats ask for; the folder is there.
 ///
 /// # Errors
-/// What cannot be written.
+/// A file that cannot be written.
 pub(crate) fn begin(run: &RunInfo) -> Result<Vec<Box<dyn RunWriter>>, FrameError> {
     let mut writers: Vec<Box<dyn RunWriter>> = Vec::new();
     for format in FileFormat::ALL.iter().map(|(_, format)| *format).filter(|format| run.formats.contains(format)) {

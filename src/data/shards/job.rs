@@ -16,7 +16,7 @@ const MOST_BYTES: u64 = 256 << 20;
 /// Reads a file of text.
 ///
 /// # Errors
-/// What the system says, or what was expected.
+/// The message of the system, or the expected contents.
 pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
     let file = File::open(path).map_err(|error| error.to_string())?;
     let metadata = file.metadata().map_err(|error| error.to_string())?;

@@ -73,7 +73,7 @@ impl Manifest {
     /// Manifest of a shard whose files are these, all in its folder; `states`: its first and its last.
     ///
     /// # Errors
-    /// What cannot be read back.
+    /// A file that cannot be read back.
     pub fn of(
         job: &str,
         machine: Machine,
@@ -87,7 +87,7 @@ impl Manifest {
     /// Reads the manifest of a shard and checks its files.
     ///
     /// # Errors
-    /// Why the shard is to be rendered.
+    /// The reason for which the shard is to be rendered.
     pub fn check(folder: &Path, job: &str) -> Result<Self, String> {
         if !folder.is_dir() {
             return Err("not rendered".to_owned());

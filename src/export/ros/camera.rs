@@ -23,7 +23,7 @@ pub enum Pixels<'a> {
 }
 
 impl<'a> Pixels<'a> {
-    /// Whether there are none.
+    /// Tells if there are no pixels.
     pub fn is_empty(self) -> bool {
         self.parts().2.is_empty()
     }
@@ -68,7 +68,7 @@ impl Message for Image<'_> {
     }
 }
 
-/// How a lens bends the picture (`sensor_msgs/distortion_models.hpp`), with OpenCV's coefficients.
+/// Distortion model of a lens (`sensor_msgs/distortion_models.hpp`), with OpenCV's coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Distortion {
     /// `plumb_bob`: k1, k2, p1, p2, k3 of Brown and Conrady; all 0 for a pinhole.
@@ -80,7 +80,7 @@ pub enum Distortion {
 }
 
 impl Distortion {
-    /// Of a camera's lens.
+    /// Converts a camera's lens.
     pub fn of(lens: &Lens) -> Self {
         match *lens {
             Lens::BrownConrady { coefficients: [k1, k2, p1, p2, k3, k4, k5, k6], .. } => {
@@ -108,13 +108,13 @@ impl Distortion {
 /// A camera, as `sensor_msgs/CameraInfo` of one that is no part of a stereo pair: R is the identity, P is K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraInfo<'a> {
-    /// As that of its pictures.
+    /// Same header as that of its pictures.
     pub header: Header<'a>,
     /// Width and height in pixels.
     pub size: (u32, u32),
     /// fx, fy, cx, cy in pixels, whose centres are the integers (OpenCV).
     pub intrinsics: [f64; 4],
-    /// What its lens does.
+    /// Distortion of its lens.
     pub distortion: Distortion,
 }
 

@@ -1,4 +1,4 @@
-//! What messages consist of, in the language of ROS 2's `.msg` files, as logs hold it (MCAP's `ros2msg`).
+//! Definitions of messages in the language of ROS 2's `.msg` files, as logs hold them (MCAP's `ros2msg`).
 //!
 //! Those of ROS are those of Humble to Kilted. Those of Foxglove are those of `foxglove_msgs` 3.0, to whose messages
 //! later versions added fields: a reader goes by the text beside the message.
@@ -126,7 +126,7 @@ const DEFINITIONS: [(&str, &str); 37] = [
     ("tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"),
 ];
 
-/// What comes before the definition of a type that another consists of (MCAP registry, "ros2msg").
+/// Line before the definition of a type that another consists of (MCAP registry, "ros2msg").
 const SEPARATOR: &str = "================================================================================\nMSG: ";
 
 /// The definition of a type (`sensor_msgs/msg/Image`) and of all that it consists of. Empty for a type that is unknown.

@@ -11,7 +11,7 @@ pub struct BoxInPicture<'a> {
     pub edges: [f64; 4],
     /// Red, green, blue, alpha from 0 to 1.
     pub color: [f64; 4],
-    /// What is written above it.
+    /// Text above it.
     pub label: &'a str,
 }
 
@@ -20,7 +20,7 @@ pub struct BoxInPicture<'a> {
 pub struct ImageAnnotations<'a> {
     /// When the picture was taken, in nanoseconds.
     pub nanoseconds: u64,
-    /// What is in it.
+    /// Boxes in it.
     pub boxes: &'a [BoxInPicture<'a>],
 }
 
@@ -70,7 +70,7 @@ pub struct BoxInSpace<'a> {
     pub class: &'a str,
     /// Its middle: x, y, z in metres.
     pub center: [f64; 3],
-    /// What turns its own directions into those of the frame: x, y, z, w.
+    /// Rotation from its own axes to those of the frame: x, y, z, w.
     pub rotation: [f64; 4],
     /// In metres along its own x, y, z.
     pub size: [f64; 3],
@@ -83,7 +83,7 @@ pub struct BoxInSpace<'a> {
 pub struct SceneUpdate<'a> {
     /// When, and the frame that they are in.
     pub header: Header<'a>,
-    /// What is there.
+    /// Boxes of the scene.
     pub boxes: &'a [BoxInSpace<'a>],
 }
 

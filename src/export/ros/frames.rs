@@ -1,10 +1,10 @@
-//! Where frames are, and what time it is.
+//! Transforms between frames, and the clock.
 
 use super::message::{Header, Message, put_time};
 use crate::export::cdr::Encoder;
 use std::io::Result;
 
-/// Where a frame is in another.
+/// Pose of a frame in another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformStamped<'a> {
     /// When, and in which frame.
@@ -13,11 +13,11 @@ pub struct TransformStamped<'a> {
     pub child: &'a str,
     /// Its origin: x, y, z in metres.
     pub translation: [f64; 3],
-    /// What turns directions of the child into those of the other: x, y, z, w.
+    /// Rotation from the child's axes to those of the other: x, y, z, w.
     pub rotation: [f64; 4],
 }
 
-/// Where frames are, as `tf2_msgs/TFMessage`: for `/tf`, or for `/tf_static` what never changes.
+/// Poses of frames, as `tf2_msgs/TFMessage`: for `/tf`, or those that never change for `/tf_static`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TfMessage<'a>(pub &'a [TransformStamped<'a>]);
 

@@ -11,13 +11,13 @@ pub trait Message {
     /// Appends its fields in the order of its definition.
     ///
     /// # Errors
-    /// What its type has no place for.
+    /// A value that its type has no place for.
     fn put(&self, cdr: &mut Encoder) -> Result<()>;
 
     /// Bytes of it, as it is sent and stored.
     ///
     /// # Errors
-    /// As for [`Self::put`].
+    /// Those of [`Self::put`].
     fn encode(&self) -> Result<Vec<u8>> {
         let mut cdr = Encoder::default();
         self.put(&mut cdr)?;

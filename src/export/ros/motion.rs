@@ -1,4 +1,4 @@
-//! How a body moves, and where on Earth it is.
+//! Motion of a body, and its place on Earth.
 
 use super::message::{Header, Message};
 use crate::export::cdr::Encoder;
@@ -9,7 +9,7 @@ use std::io::Result;
 pub struct Imu<'a> {
     /// When, and the frame of the unit.
     pub header: Header<'a>,
-    /// What turns directions of the unit into those of the world, where it is known: x, y, z, w.
+    /// Rotation from the unit's axes to those of the world, where it is known: x, y, z, w.
     pub orientation: Option<[f64; 4]>,
     /// In rad/s, about x, y, z.
     pub angular_velocity: [f64; 3],

@@ -13,7 +13,7 @@ pub struct PointCloud2<'a> {
     pub header: Header<'a>,
     /// x, y, z in metres.
     pub points: &'a [[f32; 3]],
-    /// What else is known, such as `intensity`, `ring` and `time`; half floats have no place.
+    /// Further values of the points, such as `intensity`, `ring` and `time`; half floats have no place.
     pub columns: &'a [Column<'a>],
 }
 

@@ -13,7 +13,7 @@
 //! All report to one [`report::Report`] and go on, so that loading and checking are the same reading. Nothing joins the
 //! library before the whole file has been found sound.
 //!
-//! Of the gltf crate the types and their links are used. Its validation is not: it stops at the first fault of a type
+//! The types of the gltf crate and their links are used. Its validation is not: it stops at the first fault of a type
 //! without saying where, refuses files that the specification allows, and panics on an index out of range. Nor are its
 //! readers of buffers and chunks, which trust every offset.
 

@@ -1,4 +1,4 @@
-//! What is found wrong with a file while it is read.
+//! Faults found in a file while it is read.
 
 use crate::import::error::{ImportError, Warning};
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! Rules of glTF that reading does not depend on: a file that breaks one loads, with a warning.
 //!
-//! What reading does depend on is checked where it is read. Here are also the faults of views and accessors that
+//! Rules that reading does depend on are checked where it reads. Here are also the faults of views and accessors that
 //! nothing may use.
 
 use super::document::accessors::Accessor;
@@ -75,7 +75,7 @@ fn has_stride(document: &Document, accessor: usize) -> bool {
     view_of(document, accessor).is_some_and(|view| document.stride(view).is_some())
 }
 
-/// Whether the view behind an accessor is declared for that use.
+/// Tells if the view behind an accessor is declared for that use.
 fn is_for(document: &Document, accessor: usize, target: Target) -> bool {
     let view = view_of(document, accessor).map(|view| &document.json().buffer_views[view]);
     view.is_some_and(|view| view.target == Some(Checked::Valid(target)))

@@ -7,7 +7,7 @@ use super::unfit::Unfit;
 use image::{DynamicImage, GrayImage, ImageBuffer, RgbImage, Rgba32FImage, RgbaImage};
 use systems::assets::color::{linear_from_srgb, srgb_from_linear};
 
-/// What is read, for messages.
+/// Formats that are read, for messages.
 const READ: &str = "BC1 to BC5 and BC7 (DXT1 to DXT5, ATI1, ATI2), uncompressed RGB, RGBA and grey of up to 32 bits, \
                     and 16- and 32-bit channels are read";
 
@@ -29,18 +29,18 @@ const ALPHA_OPAQUE: u32 = 3;
 const CUBE_MAP: u32 = 0x200;
 const VOLUME: u32 = 0x20_0000;
 
-/// What a DDS file says of its image.
+/// Header of a DDS file.
 #[derive(Clone, Copy, Debug)]
 pub struct Header {
     pub width: u32,
     pub height: u32,
     format: Format,
     alpha: Alpha,
-    /// Where the texels begin.
+    /// Byte offset of the texels.
     offset: usize,
 }
 
-/// What is stored with alpha.
+/// Use of alpha in the stored colour.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Alpha {
     /// Colour as it is.
@@ -130,7 +130,7 @@ impl Header {
         Ok(Self { width, height, format, alpha, offset })
     }
 
-    /// Whether a channel has more than eight bits.
+    /// Tells if a channel has more than eight bits.
     pub fn is_deep(&self) -> bool {
         match self.format {
             Format::Wide { .. } => true,

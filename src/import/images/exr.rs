@@ -10,7 +10,7 @@ use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, f16, read};
 use image::{DynamicImage, ImageFormat, Rgb32FImage, Rgba32FImage};
 use std::io::Cursor;
 
-/// What a file has that is read.
+/// Kind of the channels that are read.
 enum Content {
     Color,
     /// One channel, or one and alpha.
@@ -65,7 +65,7 @@ fn grey(headers: &[Header]) -> Result<&Header, Unfit> {
     }
 }
 
-/// Where the data window begins in the display window.
+/// Offset of the data window in the display window, pixels.
 fn offset(header: &Header) -> (i64, i64) {
     let (data, shown) = (header.own_attributes.layer_position, header.shared_attributes.display_window.position);
     (i64::from(data.0) - i64::from(shown.0), i64::from(data.1) - i64::from(shown.1))
@@ -107,7 +107,7 @@ pub fn decode(bytes: &[u8]) -> Result<DynamicImage, Unfit> {
     image.ok_or_else(|| refused("the OpenEXR has no texels"))
 }
 
-/// What the display window shows of a channel of the data window, which it meets; 0 elsewhere.
+/// Crops a channel of the data window to the display window, which it meets; 0 elsewhere.
 fn shown(values: &[f32], header: &Header) -> Vec<f32> {
     let ((x, y), window) = (offset(header), header.shared_attributes.display_window.size);
     let mut shown = vec![0.0; window.area()];

@@ -12,7 +12,7 @@ use systems::assets::{Image, ImageKind};
 pub struct ReadImage {
     /// With its mip levels.
     pub image: Image,
-    /// What is hardly as meant, or was corrected.
+    /// Notes on contents that are hardly as meant, or were corrected.
     pub notes: Vec<String>,
 }
 
@@ -83,7 +83,7 @@ fn within_bounds(kind: ImageKind, texels: &mut [Vec4]) -> Option<String> {
     beyond.then(|| format!("has values from {lowest} to {highest}: they are clamped to 0 to {most}"))
 }
 
-/// Whether red, green and blue are about the same: JPEG may leave grey a little apart.
+/// Tells if red, green and blue are about the same: JPEG may leave grey a little apart.
 fn is_grey(pixels: &DynamicImage) -> bool {
     let about = |[r, g, b]: [u8; 3]| r.abs_diff(g) <= 2 && g.abs_diff(b) <= 2;
     match pixels {

@@ -7,10 +7,10 @@ use super::channels::rgba8;
 use glam::{Vec2, Vec4};
 use image::{DynamicImage, Rgba, Rgba32FImage, RgbaImage};
 
-/// How far apart values of a channel are that count as the same: JPEG does not keep them quite.
+/// Tolerance for values of a channel that count as the same: JPEG does not keep them quite.
 const SAME: f32 = 2.5 / 255.0;
-/// How far the squared length of a normal is from 1 at the most, where z is there: rounding to a byte changes it by
-/// 0.016, and filters that made the map leave it shorter.
+/// Tolerance of a normal's squared length around 1, where z is there: rounding to a byte changes it by 0.016,
+/// and filters that made the map leave it shorter.
 const OFF: f32 = 0.1;
 /// Texels that are looked at to see whether the map points into the surface.
 const SAMPLES: usize = 4096;
@@ -83,7 +83,7 @@ fn rebuilt(pixels: DynamicImage, xy: impl Fn(Vec4) -> Vec2) -> DynamicImage {
     }
 }
 
-/// What a single pass over the texels shows. It ends early for most maps, whose blue varies.
+/// Finds the layout in a single pass over the texels. It ends early for most maps, whose blue varies.
 fn layout(texels: impl ExactSizeIterator<Item = Vec4> + Clone) -> Layout {
     let count = texels.len();
     let Some(first) = texels.clone().next() else { return Layout::Whole };

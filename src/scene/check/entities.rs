@@ -134,7 +134,7 @@ impl<'a> Check<'a> {
         self.field("casts_shadows", |c| c.fault(message));
     }
 
-    /// How many entities something with that mesh is: a model has one for each node and instance.
+    /// Number of entities that an entity with that mesh becomes: a model has one for each node and instance.
     pub(super) fn entities_of(&self, mesh: &str) -> u64 {
         let Some(MeshSource::Model(source)) = self.scene.meshes.get(mesh) else { return 1 };
         let Some(model) = self.files.model(&source.file) else { return 1 };

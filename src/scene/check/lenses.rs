@@ -6,7 +6,7 @@ use systems::sensors::CameraSensor;
 
 /// Pixels along a side.
 pub const LARGEST_PICTURE: u32 = CameraSensor::LARGEST;
-/// Of coefficients.
+/// Largest distortion coefficient allowed.
 const LARGEST_COEFFICIENT: f64 = 1e6;
 
 impl Check<'_> {

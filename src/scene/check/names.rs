@@ -45,9 +45,9 @@ fn listed(all: &[String]) -> String {
 
 /// A name of several cameras, or of several vehicles.
 struct Shared {
-    /// Where the second of them stands and those after it, up to a bound; and what is wrong.
+    /// Faults of the second of them and those after it, up to a bound.
     faults: Vec<Fault>,
-    /// How many more there are.
+    /// Number of further ones.
     more: usize,
 }
 
@@ -58,7 +58,7 @@ fn shared(scene: &Scene) -> Vec<Shared> {
     names.shared
 }
 
-/// Where the first thing of a name stands, and the index in [`Names::shared`] if there are more.
+/// Place of the first thing of a name, and the index in [`Names::shared`] if there are more.
 struct Known {
     first: String,
     shared: Option<usize>,

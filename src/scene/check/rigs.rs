@@ -53,7 +53,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// How many entities the rig of an entity becomes.
+    /// Number of entities that the rig of an entity becomes.
     pub(super) fn mounted_on(&self, entity: &Entity) -> u64 {
         let mounted = self.scene.rigs.of(entity).iter();
         mounted.fold(0, |sum, mounted| sum.saturating_add(self.size_of(mounted)))

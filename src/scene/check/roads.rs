@@ -14,7 +14,7 @@ use systems::vehicles::FASTEST;
 const MOST: (usize, usize) = (64, 65_000);
 /// Metres that a place may be beyond the end of its route.
 const ROUNDING: f64 = 0.01;
-/// Of a route.
+/// Most lanes of a route.
 const LANES: u8 = 16;
 /// Routes that may follow one.
 const MOST_WAYS: usize = 64;

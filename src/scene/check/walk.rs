@@ -13,7 +13,7 @@ use systems::space::{FARTHEST, LARGEST};
 
 /// Metres; also factors of scale.
 pub const SIZES: (f32, f32) = (1e-5, LARGEST as f32);
-/// Of a colour, and of an intensity.
+/// Largest component of a colour, and largest intensity.
 pub const BRIGHTEST: f32 = 1e9;
 /// Entities of a scene.
 pub const MOST_ENTITIES: u64 = 4_000_000;
@@ -22,7 +22,7 @@ pub const MOST_ENTITIES: u64 = 4_000_000;
 pub struct Check<'a> {
     pub(super) scene: &'a Scene,
     pub(super) files: &'a Files,
-    /// Of the scene's routes, metres; `None` where one is refused for its points.
+    /// Lengths of the scene's routes, metres; `None` where one is refused for its points.
     #[cfg(feature = "vehicles")]
     pub(super) route_lengths: Vec<Option<f64>>,
     at: Trail,

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// What a portal names where there is no cell.
+/// Name of the outside, where a portal leads to no cell.
 pub const OUTSIDE_NAME: &str = "outside";
 
 /// A convex room: a box by two corners, or the hull of a convex mesh.

@@ -40,7 +40,7 @@ pub struct Entity {
     pub custom: Custom,
 }
 
-/// As [`Scene`](super::scene::Scene) is read.
+/// Reads custom fields beside its own, as [`Scene`](super::scene::Scene) does.
 impl<'de> Deserialize<'de> for Entity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (entity, custom) = custom::beside(deserializer, |deserializer| Self::deserialize(deserializer))?;
@@ -68,7 +68,7 @@ pub struct Transform {
     pub scale: Scale,
 }
 
-/// What physical vehicles bump into.
+/// Shape that physical vehicles collide with.
 #[derive(Deserialize, Clone, Copy, Debug)]
 #[serde(rename_all = "snake_case")]
 pub enum Obstacle {

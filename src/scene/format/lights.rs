@@ -103,7 +103,7 @@ impl Default for DirectionalLight {
     }
 }
 
-/// Which of the lights in reach shade objects.
+/// Selection of the lights in reach that shade objects.
 #[derive(Deserialize, Debug, Clone, Copy)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lights {
@@ -124,7 +124,7 @@ impl Default for Lights {
 }
 
 impl Lights {
-    /// As the component has it.
+    /// Converts to the component.
     pub fn policy(&self) -> LightPolicy {
         match (self.policy, self.tolerance) {
             (LightPolicy::Enough(_), Some(tolerance)) => LightPolicy::Enough(tolerance),

@@ -65,7 +65,7 @@ impl Default for LaneSensor {
 }
 
 impl ImuSensor {
-    /// As a component.
+    /// Converts to a component.
     pub fn sensor(&self) -> Sensor {
         let kind = SensorKind::Imu(sensors::ImuSensor { noise: self.noise });
         Sensor { kind, every: self.every, phase: self.phase }
@@ -73,7 +73,7 @@ impl ImuSensor {
 }
 
 impl GnssSensor {
-    /// As a component.
+    /// Converts to a component.
     pub fn sensor(&self) -> Sensor {
         let kind = SensorKind::Gnss(sensors::GnssSensor { noise: self.noise });
         Sensor { kind, every: self.every, phase: self.phase }
@@ -81,7 +81,7 @@ impl GnssSensor {
 }
 
 impl CollisionSensor {
-    /// As a component.
+    /// Converts to a component.
     pub fn sensor(&self) -> Sensor {
         let kind = SensorKind::Collision(sensors::CollisionSensor { margin: self.margin });
         Sensor { kind, every: self.every, phase: self.phase }
@@ -89,14 +89,14 @@ impl CollisionSensor {
 }
 
 impl LaneSensor {
-    /// As a component.
+    /// Converts to a component.
     pub fn sensor(&self) -> Sensor {
         let kind = SensorKind::Lane(sensors::LaneSensor { reach: self.reach });
         Sensor { kind, every: self.every, phase: self.phase }
     }
 }
 
-/// Where on Earth a scene is.
+/// Place of a scene on Earth.
 #[derive(Deserialize, Clone, Copy, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct GeoOrigin {
@@ -109,7 +109,7 @@ pub struct GeoOrigin {
 }
 
 impl GeoOrigin {
-    /// As a resource.
+    /// Converts to a resource.
     pub fn resource(self) -> sensors::GeoOrigin {
         let Self { latitude_degrees, longitude_degrees, altitude, at } = self;
         sensors::GeoOrigin { place: Geodetic { latitude_degrees, longitude_degrees, altitude }, at: at.into() }

@@ -11,9 +11,9 @@ pub struct Rigs(pub Vec<Rig>);
 /// A file of entities that others take.
 #[derive(Debug)]
 pub struct Rig {
-    /// As the scene names it.
+    /// Name in the scene.
     pub name: String,
-    /// Where that is, first.
+    /// Place in the scene that takes it first.
     pub taken_at: Trail,
     pub path: PathBuf,
     pub text: String,
@@ -21,7 +21,7 @@ pub struct Rig {
 }
 
 impl Rigs {
-    /// What an entity has below it by its rig.
+    /// Entities that an entity has below it by its rig.
     pub fn of(&self, entity: &Entity) -> &[Entity] {
         let taken = entity.rig.as_ref().and_then(|name| self.0.iter().find(|rig| rig.name == *name));
         taken.map_or(&[], |rig| &rig.entities)

@@ -1,4 +1,4 @@
-//! What surfaces look like: materials, their maps, and meshes.
+//! Appearance of surfaces: materials, their maps, and meshes.
 
 use super::values::{Color, Scale, names, one_of};
 use serde::de::value::MapAccessDeserializer;

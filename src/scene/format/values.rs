@@ -127,7 +127,7 @@ pub fn one_of<'de, D: Deserializer<'de>, T: Copy>(
 #[serde(from = "ColorText")]
 pub struct Color(pub Result<Vec3, BadColor>);
 
-/// What is wrong with a colour; kept as a value so that the check can report it beside everything else.
+/// Fault of a colour; kept as a value so that the check can report it beside everything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BadColor {
     /// Not #rgb or #rrggbb.

@@ -1,9 +1,8 @@
 //! Fields of scene files that a program of yours adds: of entities ([`EntityField`]), and of the whole scene
 //! ([`SceneField`]).
 //!
-//! What a struct of the file has beside its own fields is text ([`Custom`]). [`read`] looks up each name and parses the
-//! text as the type that is registered. An error there is told as if it were one of the first pass, with its place in
-//! the file.
+//! Fields of the file beside a struct's own are text ([`Custom`]). [`read`] looks up each name and parses the text as
+//! the type that is registered. An error there is told as if it were one of the first pass, with its place in the file.
 
 use crate::scene::format::custom::{Custom, Field, Value};
 use crate::scene::format::entities::Entity as Source;
@@ -55,7 +54,7 @@ pub trait EntityField: DeserializeOwned + Send + Sync + 'static {
     /// The field's name: an identifier that no other field of entities has.
     const NAME: &'static str;
 
-    /// Whether the value makes sense.
+    /// Checks that the value makes sense.
     ///
     /// # Errors
     /// A line that says what was expected; the scene is refused with it, and with the field's place.
@@ -72,7 +71,7 @@ pub trait SceneField: DeserializeOwned + Send + Sync + 'static {
     /// The field's name: an identifier that no other field of scenes has.
     const NAME: &'static str;
 
-    /// Whether the value makes sense.
+    /// Checks that the value makes sense.
     ///
     /// # Errors
     /// A line that says what was expected; the scene is refused with it, and with the field's place.
@@ -171,10 +170,10 @@ pub fn read(scene: &mut Scene, fields: &SceneFields, text: &str) -> Result<Vec<F
     Ok(reader.faults)
 }
 
-/// As [`read`], of a list of entities.
+/// Does the same as [`read`] for a list of entities.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn read_entities(entities: &mut [Source], fields: &SceneFields, text: &str) -> Result<Vec<Fault>, Slip> {
     let mut reader = Reader { fields, text, faults: Vec::new() };
     reader.entities(entities, &Trail::default())?;

@@ -10,12 +10,12 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use systems::assets::{AlphaMode, ImageId, ImageKind, Library};
 
-/// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
+/// Contents of a scene's files. A file that failed has a [`Fault`] and is absent.
 #[derive(Default)]
 pub struct Files {
     pub(super) images: HashMap<(String, ImageKind), ImageId>,
     models: HashMap<String, Model>,
-    /// What to say of images that are hardly what the material's field asks for.
+    /// Doubts about images that are hardly what the material's field asks for.
     doubts: Vec<String>,
 }
 
@@ -24,7 +24,8 @@ impl Files {
         self.models.get(file)
     }
 
-    /// What of the models was left out or corrected, in the order of the file; materials that lack what they ask for.
+    /// Warnings of parts of models that were left out or corrected, in the order of the file, and of materials that
+    /// lack what they ask for.
     pub fn warnings(&self, scene: &Scene) -> Vec<String> {
         let mut files: Vec<&str> = scene.meshes.entries().iter().filter_map(|(_, mesh)| model_file(mesh)).collect();
         files.dedup();
@@ -39,7 +40,7 @@ impl Files {
             .collect()
     }
 
-    /// What to say of classes that models name and the scene does not have: they may be meant for another program.
+    /// Doubts about classes that models name and the scene does not have: they may be meant for another program.
     pub fn unknown_classes(&self, scene: &Scene) -> Vec<String> {
         let classes = sensors::classes(&scene.classes);
         let of_file = |(file, model): (&String, &Model)| {
@@ -51,7 +52,7 @@ impl Files {
         said
     }
 
-    /// What to say of a model whose lights are to cast shadows, and which has none.
+    /// Warning of a model whose lights are to cast shadows, and which has none.
     fn lightless(&self, name: &str, mesh: &MeshSource) -> Option<String> {
         let MeshSource::Model(source) = mesh else { return None };
         let model = self.model(&source.file).filter(|_| source.shadows)?;
@@ -60,7 +61,7 @@ impl Files {
     }
 }
 
-/// What to say of a material whose technique finds nothing to bump it by.
+/// Warning of a material whose technique finds nothing to bump it by.
 fn lacking(name: &str, material: &Material) -> Option<String> {
     let technique = material.technique;
     let maps = material.maps();
@@ -82,8 +83,8 @@ fn model_file(mesh: &MeshSource) -> Option<&str> {
     }
 }
 
-/// What the texels of a map mean, by the material's field; of a base map, by what its alpha does. An image whose alpha
-/// does different things is there once for each.
+/// Meaning of a map's texels, by the material's field; of a base map, by what its alpha does. An image whose alpha does
+/// different things is there once for each.
 pub(super) fn image_kind(field: &str, material: &Material) -> ImageKind {
     match (field, material.alpha_mode) {
         ("base_map", AlphaMode::Blend) => ImageKind::Blended,

@@ -1,4 +1,4 @@
-//! Where a scene's coordinates count from: its `origin`, or one that is chosen where they are large.
+//! Origin of a scene's coordinates: its `origin`, or one that is chosen where they are large.
 //!
 //! A file has its places in 64 bits. The origin is taken from each before anything is made of it, as decimal numbers:
 //! what is left of 500012.3 is the 12.3 that the same scene near zero would have, and not the 12.299999999988 that is
@@ -68,7 +68,8 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
     (DVec3::from_array(origin), warnings)
 }
 
-/// What stands at the origin for want of a place, and looks at one that is hardly meant to count from there.
+/// Warns of an entity that stands at the origin for want of a place, and looks at a point that is hardly relative to
+/// it.
 fn looks_far(index: usize, entity: &Entity) -> Option<String> {
     let what = match &entity.light {
         _ if entity.camera.is_some() => "camera",
@@ -119,8 +120,8 @@ fn choose_on_axis(mut coordinates: Vec<f64>) -> f64 {
     ROUND.iter().find_map(of_round).unwrap_or_default()
 }
 
-/// As far as a scene reaches from its origin, axis by axis, once its places count from there: with the extents of grids
-/// and regions, and what is below an entity.
+/// Visits the places that a scene reaches, relative to its origin, axis by axis: also the extents of grids and regions,
+/// and what is below an entity.
 fn each_reach(scene: &Scene, mut see: impl FnMut(Whose, DVec3)) {
     for (i, entity) in scene.entities.iter().enumerate() {
         let target = entity.transform.look_at.filter(|_| entity.transform.translation.is_some());
@@ -145,15 +146,15 @@ fn each_reach(scene: &Scene, mut see: impl FnMut(Whose, DVec3)) {
     }
 }
 
-/// Where an entity and all below it are in its parent. What is attached counts as if its node were at the model's
-/// origin.
+/// Visits the places of an entity and all below it, in its parent's axes. What is attached counts as if its node were
+/// at the model's origin.
 fn each_below(entity: &Entity, parent: &Affine3A, see: &mut impl FnMut(DVec3)) {
     let at = *parent * entities::transform(&entity.transform).compute_affine();
     see(at.translation.as_dvec3());
     entity.children.iter().chain(&entity.attach).for_each(|below| each_below(below, &at, see));
 }
 
-/// As far as places of a generator reach, axis by axis.
+/// Farthest coordinates of a generator's places, axis by axis.
 fn extent(place: &Place, scene: &Scene) -> DVec3 {
     let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     match place {

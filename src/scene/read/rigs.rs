@@ -1,8 +1,8 @@
 //! Rigs: files that list entities, sensors for the most part, which an entity of a scene takes by its field `rig` and
 //! which are then below it. A rig is read and checked once, however many entities take it.
 //!
-//! What is wrong with a rig is told with its own file, line and place, behind the first place of the scene that takes
-//! it. Names of meshes, materials and classes are those of the scene.
+//! Faults of a rig are told with its own file, line and place, behind the first place of the scene that takes it. Names
+//! of meshes, materials and classes are those of the scene.
 
 use super::custom_fields::{self, SceneFields};
 use crate::problem::Problem;
@@ -15,7 +15,7 @@ use crate::scene::text::parse::parse;
 use crate::scene::text::places::Step;
 use std::path::Path;
 
-/// Whether a file is a rig and not a scene: it ends in `.rig.ron`.
+/// Tells if a file is a rig and not a scene: it ends in `.rig.ron`.
 pub fn is_rig(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_lowercase().ends_with(".rig.ron"))
 }

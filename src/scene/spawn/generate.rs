@@ -21,7 +21,7 @@ pub struct Copy {
     pub material: usize,
     pub light: usize,
     pub vehicle: usize,
-    /// Where it drives, if it was placed along a route.
+    /// Place on a route, if it was placed along one.
     pub on_route: Option<OnRoute>,
 }
 

@@ -62,12 +62,12 @@ pub fn cut_model(root: Entity, bounds: Aabb, world: &mut World) {
     }
 }
 
-/// Whether there are more lights than an object takes.
+/// Tells if there are more lights than an object takes.
 fn has_a_choice(world: &mut World) -> bool {
     world.query::<&Light>().iter(world).nth(3).is_some()
 }
 
-/// What to say where pieces are longer than was asked for.
+/// Warns where pieces are longer than was asked for.
 fn too_many(name: &str, report: PiecesReport, metres: f32) -> Option<String> {
     (report.metres > metres * 1.01).then(|| {
         let PiecesReport { metres: made, .. } = report;

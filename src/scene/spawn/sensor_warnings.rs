@@ -1,4 +1,4 @@
-//! What sensors of a scene will not give as meant.
+//! Warnings of sensors in a scene that will not measure what is meant.
 
 use crate::name;
 use bevy_ecs::prelude::*;

@@ -15,9 +15,9 @@ pub struct Spawned {
     pub cameras: Vec<(String, Entity)>,
     /// Around everything that is drawn, world space.
     pub bounds: Option<Aabb>,
-    /// Whether anything shines.
+    /// True if anything shines.
     pub has_lights: bool,
-    /// What did not come out as asked.
+    /// Warnings of results that are not as asked.
     pub warnings: Vec<String>,
 }
 
@@ -27,7 +27,7 @@ pub struct Spawner<'a> {
     pub rigs: &'a Rigs,
     pub world: &'a mut World,
     pub piece_metres: f32,
-    /// What may be larger than that, or than a length of its own.
+    /// Entities that may be larger than that, or than a length of their own.
     pub large: Vec<(Entity, f32)>,
     pub model_cameras: Vec<(String, Entity)>,
     pub turned: TurnedMeshes,

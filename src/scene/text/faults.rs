@@ -1,4 +1,4 @@
-//! What is wrong with a scene, and where; how an unknown name is answered.
+//! Faults of a scene and their places; suggestions for unknown names.
 
 use super::places::Step;
 use std::fmt::Display;

@@ -1,4 +1,4 @@
-//! Where in a scene file's text a value stands, so that a check of the finished structs can name line and column.
+//! Places of values in a scene file's text, so that a check of the finished structs can name line and column.
 //!
 //! A second, lenient reader of RON that keeps places only. It runs on text that `ron` has already accepted, and only
 //! when something is wrong.
@@ -211,7 +211,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What stands between brackets. An entry of a map counts as its value; so does a field, with its name.
+    /// Reads the values between brackets. An entry of a map counts as its value; so does a field, with its name.
     fn list(&mut self, end: char) -> Parts<'a> {
         let (mut fields, mut items) = (Vec::new(), Vec::new());
         loop {

@@ -1,4 +1,4 @@
-//! What is written where RON wants something else, in words that name the field and say what to write.
+//! Messages for syntax errors of RON that name the field and say what to write.
 //!
 //! A parser says what it wanted next, which is far from what is wrong with `exposure: 1,5`. Here the text around the
 //! place where it gave up is read once more, for the slips that are common: numbers, quotes, brackets, and what other
@@ -7,18 +7,18 @@
 use super::faults;
 use super::places::{self, Reader};
 
-/// Why a text cannot be read.
+/// Syntax error of a text.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Slip {
     /// Line and column, both from 1.
     pub line_column: (usize, usize),
     /// The field, as `entities[3].light.range`; empty where the message names it, or it is not known.
     pub place: String,
-    /// What is the matter, and what was expected.
+    /// Fault, and the expected text.
     pub message: String,
 }
 
-/// What is wrong with a text that RON's parser refuses.
+/// Explains why RON's parser refuses a text.
 pub fn explain(text: &str, error: &ron::error::SpannedError) -> Slip {
     // In a comment that nothing follows, the parser gives up within it.
     let has_nothing = places::token_after(text, 0) == text.len();
@@ -27,7 +27,7 @@ pub fn explain(text: &str, error: &ron::error::SpannedError) -> Slip {
     explain_at(text, gave_up, &error.code)
 }
 
-/// What is wrong with a text that a parser gave up at a byte offset.
+/// Explains the fault of a text that a parser gave up at a byte offset.
 pub fn explain_at(text: &str, gave_up: usize, error: &ron::Error) -> Slip {
     let at = places::token_after(text, gave_up);
     let around = Around { text, at, levels: levels(text, at) };
@@ -41,7 +41,7 @@ pub fn explain_at(text: &str, gave_up: usize, error: &ron::Error) -> Slip {
     Slip { line_column: places::line_column(text, at), place: place(&levels), message }
 }
 
-/// What RON's grammar has for `ws_single`.
+/// Tests for `ws_single` in RON's grammar.
 fn is_blank_of_ron(c: char) -> bool {
     matches!(
         c,
@@ -76,7 +76,7 @@ struct Level<'a> {
     at: usize,
     /// The name before the colon.
     field: Option<&'a str>,
-    /// That of the value before the last comma.
+    /// Name of the value before the last comma.
     before: Option<&'a str>,
     /// Commas before.
     index: usize,
@@ -145,7 +145,7 @@ fn place(levels: &[Level]) -> String {
     place
 }
 
-/// Of the words in which numbers, names and units are written.
+/// Tests for letters of words: numbers, names and units.
 fn is_of_word(c: char) -> bool {
     c.is_alphanumeric() || "_.+-#°%−".contains(c)
 }
@@ -166,7 +166,7 @@ struct Around<'a> {
     levels: Vec<Level<'a>>,
 }
 
-/// Where, in which brackets, and what.
+/// Byte offset, open brackets and message.
 type Explained<'a> = Option<(usize, Vec<Level<'a>>, String)>;
 
 impl<'a> Around<'a> {
@@ -218,7 +218,7 @@ impl<'a> Around<'a> {
         &self.text[self.at..]
     }
 
-    /// Whether names stand at this place, and not a value.
+    /// Tells if a name is expected at this place, and not a value.
     fn wants_name(&self) -> bool {
         self.levels.last().is_none_or(|level| level.field.is_none())
     }
@@ -235,7 +235,7 @@ impl<'a> Around<'a> {
         &rest[..end]
     }
 
-    /// What is there, for people.
+    /// Describes the token that is there.
     fn found(&self) -> String {
         let token = self.token();
         match token.chars().next() {
@@ -250,7 +250,7 @@ impl<'a> Around<'a> {
         }
     }
 
-    /// What to write instead of what is there, where that is clear.
+    /// Suggests text in place of the token, where that is clear.
     fn hint(&self) -> String {
         let token = self.token();
         let inside = token.trim_matches('"');
@@ -280,7 +280,7 @@ impl<'a> Around<'a> {
         Some(last_word(self.text[..self.at].trim_end().strip_suffix(',')?))
     }
 
-    /// Where the name of a field, or of a choice, was expected.
+    /// Explains a fault where the name of a field, or of a choice, was expected.
     fn name(&self) -> Explained<'a> {
         let token = self.token();
         let here = |message: String| Some((self.at, self.levels.clone(), message));

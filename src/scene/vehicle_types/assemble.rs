@@ -78,7 +78,7 @@ struct Builder<'a> {
     vehicle_from_model: Affine3A,
     wheels: Vec<Wheel>,
     parts: Vec<Part>,
-    /// Of the parts that are lamps.
+    /// Aims of the parts that are lamps.
     aims: HashMap<usize, Aim>,
     /// Materials in all paints.
     painted: HashMap<MaterialId, Vec<MaterialId>>,

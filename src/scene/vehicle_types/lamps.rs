@@ -1,4 +1,4 @@
-//! Which way the lamps of a type shine, and from where.
+//! Directions and positions of the lamps of a type.
 //!
 //! A lamp shines the way its kind says, unless its node has a light of its own, or its entry a direction. A node that
 //! is turned about that way, as the dipped beam of a head lamp is, is followed.
@@ -20,10 +20,10 @@ const FOLLOWED: f32 = std::f32::consts::FRAC_1_SQRT_2;
 /// Cosine of the angle between the way of a lamp and its kind's, below which that is said: just over 90°.
 const WRONG: f32 = -0.01;
 
-/// What is known of a lamp's way beside its kind.
+/// Sources of a lamp's direction beside its kind.
 #[derive(Clone, Copy, Default)]
 pub struct Aim {
-    /// As its entry says, vehicle space.
+    /// Direction of its entry, vehicle space.
     pub direction: Option<Vec3>,
     /// The node has a light of its own, whose way is the node's.
     pub has_own_light: bool,
@@ -51,7 +51,7 @@ pub fn with_shadows(light: Light, shadows: bool) -> Light {
     Light { shadows, shadow_near: NEAR, ..light }
 }
 
-/// Whether a place has no volume: a scale of 0, its own or that of something above.
+/// Tells if a transform has no volume: a scale of 0, its own or that of something above.
 pub fn is_flat(place: &Affine3A) -> bool {
     let Mat3A { x_axis, y_axis, z_axis } = place.matrix3;
     let most = x_axis.length() * y_axis.length() * z_axis.length();

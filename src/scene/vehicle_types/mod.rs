@@ -43,7 +43,7 @@ pub type Types = Vec<VehicleType>;
 pub struct Loaded {
     pub types: Vec<VehicleType>,
     pub warnings: Vec<String>,
-    /// What was read.
+    /// Files that were read.
     pub files: Vec<PathBuf>,
 }
 
@@ -65,7 +65,7 @@ impl Loaded {
     }
 }
 
-/// Whether a file holds types of vehicles and not a scene: `vehicles.ron`, or anything that ends in `.vehicles.ron`.
+/// Tells if a file holds types of vehicles and not a scene: `vehicles.ron`, or anything that ends in `.vehicles.ron`.
 fn is_file_of_types(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     name == "vehicles.ron" || name.ends_with(".vehicles.ron")

@@ -12,16 +12,15 @@ const ROUND: f64 = 0.02;
 const LEAST_CORNERS: usize = 6;
 /// The widest gap between two corners of a circle, radians.
 const WIDEST_GAP: f64 = std::f64::consts::TAU / 3.0;
-/// Of the corners that are left, one in so many is left out at a time: so the time does not grow with the square of
-/// their number, and up to twice as many corners go one by one.
+/// Divisor of the remaining corners removed per pass, so that the time does not grow with the square of their number.
+/// Up to twice as many corners go one by one.
 const AT_A_TIME: usize = 64;
-/// What reaches so many times the radius from the axle is no wheel with something on it, but something with a wheel on
-/// it.
+/// Largest reach of a wheel with something on it, in radii; beyond, it is something with a wheel on it.
 const MOSTLY_WHEEL: f32 = 1.5;
 /// Height over length of what may be a wheel that is not round.
 const SQUARE: f32 = 1.5;
 
-/// What is drawn at a wheel's node and below, along the vehicle's X.
+/// Outline of what is drawn at a wheel's node and below, along the vehicle's X.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Shape {
     /// Nothing.
@@ -32,9 +31,9 @@ pub enum Shape {
         hub: Vec3,
         /// Half of its width.
         half_width: f32,
-        /// Of the outermost corner of the circle.
+        /// Distance of the circle's outermost corner from the axle.
         radius: f32,
-        /// How far what sticks out of the circle reaches from the axle; the radius where nothing does.
+        /// Distance from the axle to the farthest corner that sticks out of the circle; the radius where none does.
         reach: f32,
     },
     /// Not round, but about as high as it is long.

@@ -1,4 +1,4 @@
-//! What a model draws at its nodes, in the space of the vehicle that it becomes.
+//! Shapes that a model draws at its nodes, in the space of the vehicle that it becomes.
 
 use crate::import::Model;
 use glam::{Affine3A, Vec3};

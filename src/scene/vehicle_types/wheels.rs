@@ -7,10 +7,9 @@ use glam::Vec3;
 use std::collections::HashMap;
 use systems::vehicles::parts::Movement;
 
-/// How far a wheel's node may be from its hub, of the radius, and count as being there: no more than models are
-/// rounded.
+/// Distance from a wheel's node to its hub that counts as none, in radii: no more than models are rounded.
 const OFF_AXLE: f32 = 0.02;
-/// How far the hubs of two nodes may be apart, of the larger radius, for these to be one wheel.
+/// Distance between the hubs of two nodes that count as one wheel, in the larger radius.
 const SAME_HUB: f32 = 0.1;
 
 /// Nodes that are one wheel together: they turn about one hub.
@@ -27,12 +26,12 @@ pub struct Wheel {
     pub nodes: Vec<usize>,
     /// The node's origin is the hub.
     pub is_at_origin: bool,
-    /// What turns, once it is made.
+    /// Part that turns, once it is made.
     pub part: Option<usize>,
 }
 
 /// The wheels with their hubs, and the radii of those that say none. Nodes that are no wheels after all lose that role.
-/// What a person should know is added to `warnings`.
+/// Warnings go to `warnings`.
 pub fn find(placed: &PlacedModel, roles: &mut HashMap<usize, Role>, warnings: &mut Vec<String>) -> Vec<Wheel> {
     let mut wheels: Vec<Wheel> = Vec::new();
     let mut open: Vec<(usize, Option<usize>)> = placed.model.roots.iter().rev().map(|&root| (root, None)).collect();
@@ -63,7 +62,7 @@ pub fn find(placed: &PlacedModel, roles: &mut HashMap<usize, Role>, warnings: &m
 }
 
 impl Wheel {
-    /// Whether another node is a part of this wheel: hubs in one place, and no radius given that says otherwise.
+    /// Tells if another node is a part of this wheel: hubs in one place, and no radius given that says otherwise.
     fn is_one_with(&self, other: &Self, given: Option<f32>) -> bool {
         let (apart, radius) = (self.hub - other.hub, self.radius.max(other.radius));
         self.hangs_from == other.hangs_from

@@ -1,4 +1,4 @@
-//! How cameras whose lenses bend are drawn: the pinhole faces that see what they see, and where in these each pixel is.
+//! Drawing of cameras with lens distortion: pinhole faces that cover the view, and the place of each pixel in these.
 //!
 //! One face along the axis where nothing is more than 50° aside of it; else those of a cube that are needed, each as
 //! large as what is seen of it. Faces have [`DENSITY`] times as many pixels along a line as the picture has where it
@@ -73,7 +73,7 @@ impl LensMaps {
     /// The map of a camera; none of one whose lens does not bend. Equal cameras share theirs.
     ///
     /// # Errors
-    /// What is wrong with the lens.
+    /// The fault of the lens.
     pub fn of(&mut self, entity: Entity, camera: &CameraSensor) -> Result<Option<Arc<LensMap>>, String> {
         let mut known = self.0.get(&entity).into_iter().chain(self.0.values());
         let found = known.find(|map| map.is_of(camera)).cloned();

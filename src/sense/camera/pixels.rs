@@ -1,4 +1,4 @@
-//! What a camera's views drew, an array of a value per pixel each, rows from the top.
+//! Outputs of a camera's views, an array of a value per pixel each, rows from the top.
 
 use crate::renderer::Outputs;
 use half::f16;

@@ -1,7 +1,8 @@
 //! Boxes of things in a camera's picture.
 
 /// A thing in a picture. Of pixel (u, v), boxes cover [u, u + 1] and [v, v + 1]: the picture is from (0, 0) to (W, H).
-/// That is half a pixel more than places by the camera's matrix K, which are 0 in the middle of the first pixel.
+/// Coordinates are half a pixel more than places by the camera's matrix K, which are 0 in the middle of the first
+/// pixel.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ObjectBox {
     /// Its number: `instance`.

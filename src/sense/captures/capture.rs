@@ -1,4 +1,4 @@
-//! What sensors measured: a capture of one state.
+//! Measurements of sensors: a capture of one state.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::camera::CameraCapture;

@@ -15,7 +15,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// That of an entity, without scale, mirror and shear, as cameras are placed.
+    /// Pose of an entity, without scale, mirror and shear, as cameras are placed.
     pub fn of(place: &GlobalTransform) -> Self {
         let upright = rigid(&place.affine());
         let rotation = Quat::from_mat3a(&upright.matrix3).as_dquat().normalize();

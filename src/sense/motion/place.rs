@@ -10,8 +10,8 @@ use glam::DAffine3;
 use systems::draw::rigid;
 use systems::space::{Interpolated, Transform};
 
-/// m/s: what has no motion of its own, which programs move by putting it where it is, was put elsewhere beyond this.
-/// What moves by itself knows when it jumped.
+/// Largest speed of things that programs move by setting their place, m/s: beyond it they have jumped. Things with a
+/// motion of their own count their jumps.
 const FASTEST: f64 = 340.0;
 
 /// Place at a time, and the number of jumps until then.

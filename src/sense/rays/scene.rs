@@ -1,4 +1,4 @@
-//! What a world draws, as rays meet it.
+//! Drawn objects of a world for ray intersection.
 //!
 //! Two levels of trees: over the boxes of objects, and one for each mesh. Objects are in two trees: one of those that
 //! stand, which is kept, and one of those that have changed since it was made, which is small and made anew. A ray goes

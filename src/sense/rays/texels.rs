@@ -21,7 +21,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// That of a base map; `None` where the image has lost its texels.
+    /// Texture of a base map; `None` where the image has lost its texels.
     pub fn new(image: &Image) -> Option<Self> {
         let sizes = (0..).zip(&image.levels).map(|(i, level)| (level_size(image.width, image.height, i), level));
         let ((width, height), level) = sizes.into_iter().find(|((w, h), _)| *w.max(h) <= MOST_TEXELS)?;

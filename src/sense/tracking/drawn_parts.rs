@@ -1,4 +1,4 @@
-//! Where everything that is drawn stands after a step, by the numbers that outputs have for it.
+//! Places of everything that is drawn after a step, by its numbers in outputs.
 
 use crate::sense::captures::label_table::{LabelTable, Labels};
 use crate::sense::captures::pose::Pose;

@@ -1,5 +1,5 @@
-//! What boxes and optical flow of cameras take beside their own pictures: where everything is that is drawn, and where
-//! it was when the camera was due before.
+//! Inputs of boxes and optical flow of cameras beside their own pictures: places of everything drawn, now and when the
+//! camera was due before.
 
 use super::boxes::{Boxes, Scene};
 use super::drawn_parts::{DrawnParts, Places};

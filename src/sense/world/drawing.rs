@@ -1,4 +1,4 @@
-//! What draws the views of cameras, of one world or of several together.
+//! Rendering of cameras' views, of one world or of several together.
 
 use super::sensors::{Measured, Planned, WorldSensors};
 use crate::renderer::{

@@ -19,7 +19,7 @@ pub fn sensor_name(world: &World, sensor: Entity) -> String {
     sensor_name_on(world, world.get::<ChildOf>(sensor).map(ChildOf::parent), own)
 }
 
-/// That of a sensor with an own name, if it were mounted on a parent; or on nothing.
+/// Name of a sensor with an own name, if it were mounted on a parent; or on nothing.
 pub fn sensor_name_on(world: &World, parent: Option<Entity>, own: String) -> String {
     match parent.and_then(|parent| thing_of(world, parent)) {
         Some(thing) => format!("{}/{own}", name::of_entity(world, thing)),

@@ -1,4 +1,4 @@
-//! What each map tool takes, and its help.
+//! Arguments of each map tool, and its help.
 
 use crate::commands::common::arguments::{self, choice};
 use crate::output;
@@ -10,7 +10,7 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use std::path::{Path, PathBuf};
 
-/// What every tool takes.
+/// Arguments of all tools.
 #[derive(Args)]
 pub struct CommonArgs {
     /// Output file: .png, or .exr for 32-bit floats; an existing file is replaced
@@ -43,7 +43,7 @@ impl CommonArgs {
     }
 }
 
-/// How heights are read and understood.
+/// Reading of heights, and their meaning.
 #[derive(Args)]
 pub struct HeightsArgs {
     /// Height map: 0 deepest, 1 highest; grey of 8 or 16 bits, or floats (.exr)
@@ -63,13 +63,13 @@ pub struct HeightsArgs {
 }
 
 impl HeightsArgs {
-    /// As the tools take it.
+    /// Converts to the options of the tools.
     pub fn relief(&self) -> Relief {
         Relief { height_scale: self.height_scale, edges: self.edges, invert: self.invert }
     }
 }
 
-/// How slopes are taken from heights.
+/// Derivation of slopes from heights.
 #[derive(Args)]
 pub struct SlopeArgs {
     /// Derivative filter
@@ -84,7 +84,7 @@ pub struct SlopeArgs {
 }
 
 impl SlopeArgs {
-    /// As the tools take it.
+    /// Converts to the options of the tools.
     pub fn options(&self, relief: Relief) -> NormalOptions {
         let Self { filter, strength, flip_green } = *self;
         NormalOptions { relief, filter, strength, flip_green }
@@ -149,7 +149,7 @@ pub struct HeightArgs {
 }
 
 impl HeightArgs {
-    /// As the tool takes it.
+    /// Converts to the options of the tool.
     pub fn options(&self) -> HeightOptions {
         let Self { remove_shading, blur, sharpen, contrast, invert, edges, .. } = *self;
         HeightOptions { remove_shading, blur, sharpen, contrast, invert, edges }
@@ -183,7 +183,7 @@ pub struct HorizonArgs {
 }
 
 impl HorizonArgs {
-    /// As the tool takes it.
+    /// Converts to the options of the tool.
     pub fn options(&self) -> HorizonOptions {
         HorizonOptions { relief: self.heights.relief(), max_distance: self.max_distance.map(|texels| texels as usize) }
     }

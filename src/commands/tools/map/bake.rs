@@ -45,7 +45,7 @@ fn baked_map() -> impl TypedValueParser<Value = BakedMap> {
     })
 }
 
-/// What both tools take.
+/// Arguments of both tools.
 #[derive(Args)]
 pub struct CommonArgs {
     /// Output directory for normal.png, height.png, occlusion.png, created if missing; existing files are replaced
@@ -126,7 +126,7 @@ pub struct TileArgs {
     pub common: CommonArgs,
 }
 
-/// How many texels are filled; `None`: all.
+/// Number of texels that are filled around charts; `None`: all.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Dilate(pub Option<usize>);
 
@@ -199,7 +199,7 @@ impl CommonArgs {
     }
 }
 
-/// Where maps go. A folder that was made for them goes again if there are none.
+/// Destinations of the maps. A folder that was made for them goes again if there are none.
 struct Outputs<'a> {
     args: &'a CommonArgs,
     made_folder: bool,

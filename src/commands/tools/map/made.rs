@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-/// What a tool did.
+/// Result of a tool.
 pub struct Made {
     /// The files, in the order of writing.
     pub written: Vec<PathBuf>,
-    /// What there is to know of it; ends with a line, if there is anything.
+    /// Report for people; ends with a line, if there is anything.
     pub report: String,
 }
 

@@ -20,7 +20,7 @@ pub struct Document {
     /// Read when first needed: a faulty buffer that nothing uses does no harm.
     buffers: Vec<OnceCell<Read<Vec<u8>>>>,
     budget: Cell<usize>,
-    /// Whether KHR_mesh_quantization widens the allowed vertex formats.
+    /// KHR_mesh_quantization widens the allowed vertex formats.
     pub quantized: bool,
     first_images: Vec<usize>,
 }
@@ -42,7 +42,7 @@ impl Document {
         self.gltf.as_json()
     }
 
-    /// Whether the file says that it cannot be read without the extension.
+    /// Tells if the file requires the extension to be read.
     pub fn requires(&self, extension: &str) -> bool {
         self.gltf.extensions_required().any(|name| name == extension)
     }

@@ -2,7 +2,7 @@
 //! [`super::shape`] to walk. Written from the JSON schema of the glTF 2.0 specification and of the extensions named
 //! here.
 
-/// What a property holds.
+/// Type of a property's value.
 #[derive(Clone, Copy)]
 pub enum Kind {
     Bool,

@@ -1,8 +1,8 @@
 //! Walks a document along the tables of [`super::schema`] and reports everything that does not fit, so that the readers
 //! beside this module may take a property's type, range and target for granted and only handle its absence.
 //!
-//! What a file can do without does not refuse it: a faulty extension that it does not require, a camera, a name is left
-//! out ([`leave_out`]), with a warning.
+//! Faults in parts that a file can do without do not refuse it: an extension that it does not require, a camera, a name
+//! is left out ([`leave_out`]), with a warning.
 
 use super::schema::{Field, Kind, MAX, ROOT, SUPPORTED, Schema};
 use crate::import::gltf::report::Report;
@@ -87,7 +87,7 @@ pub fn whole(value: &Value) -> Option<u64> {
     value.as_u64().or_else(|| value.as_f64().filter(|f| f.fract() == 0.0 && (0.0..=9e15).contains(f)).map(|f| f as u64))
 }
 
-/// Whether glTF 2.0 knows the vertex attribute.
+/// Tells if glTF 2.0 has the vertex attribute.
 pub fn is_attribute(name: &str) -> bool {
     let (semantic, set) = name.split_once('_').unwrap_or((name, ""));
     match semantic {
@@ -257,7 +257,8 @@ impl Check<'_> {
         }
     }
 
-    /// What is only known here: the gltf crate drops names that it does not know, also those that glTF allows.
+    /// Checks names that are only known here: the gltf crate drops names that it does not know, also those that glTF
+    /// allows.
     fn attribute(&mut self, name: &str, id: &Value, place: &str) {
         if !name.starts_with('_') && !is_attribute(name) {
             self.report.warn(join(place, name), "ignored: no such attribute in glTF 2.0");

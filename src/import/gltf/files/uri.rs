@@ -1,4 +1,4 @@
-//! What a URI in a glTF file names: bytes within it, or a file below a folder that the model may read.
+//! Targets of URIs in a glTF file: bytes within it, or a file below a folder that the model may read.
 //!
 //! A model may come from anywhere, so it does not choose files anywhere. It reads what is below its own folder; if a
 //! scene file names it, what is below the folder that holds both. Links are followed, as long as they lead no further.
@@ -19,21 +19,21 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Where the files of a model are.
+/// Folders of a model's files.
 #[derive(Clone, Debug)]
 pub struct Place {
     /// The model's own folder, which its URIs are relative to.
     folder: PathBuf,
     /// Nothing outside of it is read.
     bound: PathBuf,
-    /// Whether the bound is wider than the model's own folder.
+    /// The bound is wider than the model's own folder.
     by_scene: bool,
     /// The folder of the file that the model is a link to, which bounds what is read there.
     target: Option<PathBuf>,
 }
 
 impl Place {
-    /// Of a model, and of the folder of the file that names it.
+    /// Takes the file of a model, and the folder of the file that names it.
     pub fn new(model: &Path, named_in: Option<&Path>) -> Self {
         let folder = model.parent().unwrap_or(Path::new("")).to_owned();
         let own = || normal(&folder);
@@ -114,12 +114,12 @@ pub fn fetch(uri: &str, from: &Place, place: &str) -> Read<Vec<u8>> {
     read_file(&file).map_err(|error| Fault::unreadable(place, format!("{}: {error}", file.display())))
 }
 
-/// Whether a URI has the separators of Windows' paths, which are read as `/`.
+/// Tells if a URI has the separators of Windows' paths, which are read as `/`.
 pub fn has_backslashes(uri: &str) -> bool {
     !uri.starts_with("data:") && percent_decode_str(uri).any(|byte| byte == b'\\')
 }
 
-/// Whether a URI leads to another machine or program, whose files glTF lets readers leave out.
+/// Tells if a URI leads to another machine or program, whose files glTF lets readers leave out.
 pub fn is_remote(uri: &str) -> bool {
     !uri.starts_with("data:") && scheme(uri).is_some_and(|scheme| scheme.len() > 1)
 }
@@ -180,7 +180,7 @@ mod tests {
         }
     }
 
-    /// Where only the names of a model's files are wanted, no others are read, either.
+    /// No files beyond the bound are read even if only the names of a model's files are wanted.
     #[test]
     fn files_beyond_the_bound_are_not_the_model_s() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -15,7 +15,7 @@ use std::rc::Rc;
 use systems::assets::Mesh;
 use systems::space::FARTHEST;
 
-/// How far a normal's length may be from 1: what the reference validator allows.
+/// Tolerance of a normal's length around 1: that of the reference validator.
 const UNIT_TOLERANCE: f32 = 0.00674;
 /// Coordinates of a vertex, in whatever unit its mesh has: micrometres at the least, as far as anything may be
 /// ([`FARTHEST`]). Squares and products of such lengths are finite.

@@ -6,12 +6,12 @@ use crate::import::gltf::report::{Fault, Read};
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use gltf::Semantic;
 
-/// How a mesh stands at a node.
+/// Morph weights and skin matrices of a mesh at a node.
 #[derive(Default)]
 pub struct Pose {
     /// One per morph target; missing ones are 0.
     pub weights: Vec<f32>,
-    /// Of the node's skin, one matrix per joint.
+    /// Matrices of the node's skin, one per joint.
     pub node_from_bind: Option<Vec<Mat4>>,
 }
 

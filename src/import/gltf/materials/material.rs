@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use gltf::json::validation::Checked;
 use systems::assets::{AlphaMode, ImageKind, Map, Material, Shading};
 
-/// What a primitive without a material is drawn with (glTF 2.0, section 3.7.2.1).
+/// Material of primitives without one (glTF 2.0, section 3.7.2.1).
 pub fn default_material() -> Material {
     Material {
         name: "glTF default".into(),
@@ -82,7 +82,7 @@ struct Reader<'a> {
     images: &'a mut Images,
     report: &'a mut Report,
     faded: bool,
-    /// Whether a map that cannot be decoded refuses the file.
+    /// A map that cannot be decoded refuses the file.
     needed: bool,
     place: String,
 }
@@ -97,7 +97,8 @@ impl Reader<'_> {
         Some(texture.map(self.images.request(Source::Plain(texture.image, kind), self.needed)))
     }
 
-    /// What a base map is, by what its alpha does. Where vertices fade a mask, the texels' alpha alone decides nothing.
+    /// Kind of a base map, by the use of its alpha. Where vertices fade a mask, the texels' alpha alone decides
+    /// nothing.
     fn base_kind(&self, material: &Material) -> ImageKind {
         match material.alpha {
             AlphaMode::Opaque => ImageKind::Color,

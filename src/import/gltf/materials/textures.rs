@@ -47,7 +47,7 @@ impl Choice {
     }
 }
 
-/// What an image of the library is made of.
+/// Source of an image of the library.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Source {
     /// An image of the file, read as that kind.
@@ -170,10 +170,10 @@ fn sampler(json: &gltf::json::texture::Sampler) -> Sampler {
     Sampler { wrap_u: wrap(json.wrap_s), wrap_v: wrap(json.wrap_t), mag, min, mip }
 }
 
-/// What a material asks for.
+/// Image that a material asks for.
 struct Request {
     source: Source,
-    /// Whether the file is refused where it cannot be decoded.
+    /// The file is refused if it cannot be decoded.
     needed: bool,
 }
 
@@ -332,9 +332,9 @@ struct Encoded {
     place: String,
     name: String,
     bytes: Vec<u8>,
-    /// What its media type or name says.
+    /// Format by its media type or name.
     format: Option<ImageFormat>,
-    /// Why its bytes could not be had.
+    /// Fault that kept its bytes from being read.
     fault: Option<Fault>,
 }
 
@@ -357,21 +357,21 @@ impl Encoded {
         decode::decode(&self.bytes, self.format)
     }
 
-    /// Why it is not drawn.
+    /// Reason for which it is not drawn.
     fn why(&self, unfit: &Unfit) -> Fault {
         self.fault.clone().unwrap_or_else(|| Fault::invalid(&*self.place, unfit.to_string()))
     }
 }
 
-/// What has become of a request.
+/// Result of a request.
 #[derive(Default)]
 struct Decoded {
     read: Option<ReadImage>,
     /// The images that it was made of.
     drawn: Vec<usize>,
-    /// What could not be decoded and was replaced.
+    /// Images that could not be decoded and were replaced.
     replaced: Vec<(usize, Unfit)>,
-    /// What could not be decoded, with nothing instead of it.
+    /// Images that could not be decoded, with nothing instead of them.
     lost: Vec<(usize, Unfit)>,
 }
 

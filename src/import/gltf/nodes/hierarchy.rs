@@ -21,7 +21,7 @@ const MAX_DEPTH: usize = 512;
 /// Half angles of the narrowest and the widest spot light, radians.
 const MIN_CONE: f32 = 1e-3;
 const MAX_CONE: f32 = 85.0 * PI / 180.0;
-/// How far a quaternion's length may be from 1: what the reference validator allows.
+/// Tolerance of a quaternion's length around 1: that of the reference validator.
 const UNIT_TOLERANCE: f32 = 0.00769;
 
 /// The nodes with their places, whatever scene they are in.
@@ -78,7 +78,7 @@ enum RoomExtras {
     Portal(Vec<String>),
 }
 
-/// What nodes are in place of objects, by their index: what `extras.relief` says. Other extras are other programs'.
+/// Roles of nodes in place of objects, by their index, from `extras.relief`. Other extras are other programs'.
 pub fn rooms(root: &Value, report: &mut Report) -> BTreeMap<usize, RoomRole> {
     let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
     let of_node = |(index, node): (usize, &Value)| {

@@ -1,4 +1,4 @@
-//! What sensors call the things of a file, by its `extras`: `{"class": "road"}` of nodes, meshes and materials, and
+//! Labels of a file's things for sensors, by its `extras`: `{"class": "road"}` of nodes, meshes and materials, and
 //! `{"instance": true}` of nodes and meshes. Modelling programs write custom properties there. Whether a class is one
 //! of a scene's is not known here; extras of other forms are other programs'.
 

@@ -1,4 +1,4 @@
-//! What the nodes draw: meshes and materials, each once, however often the file repeats them.
+//! Drawn parts of the nodes: meshes and materials, each once, however often the file repeats them.
 
 use super::hierarchy::{self, Hierarchy};
 use crate::import::gltf::document::data::Document;

@@ -1,4 +1,4 @@
-//! What spawning asks for of vehicles, routes and signals. A build without vehicles has `no_vehicles.rs` instead.
+//! Spawning of vehicles, routes and signals. A build without vehicles has `no_vehicles.rs` instead.
 //!
 //! ```text
 //! roads          routes and signals; places along routes
@@ -40,7 +40,7 @@ pub fn make_ground(entity: &mut EntityWorldMut) {
     entity.insert(Ground);
 }
 
-/// What is to be said of vehicles once all are there.
+/// Warnings of vehicles once all are there.
 pub fn warnings(world: &mut World) -> Vec<String> {
     let mut warnings = overlaps::warnings(world);
     warnings.extend(physical::warnings(world));
@@ -64,7 +64,7 @@ fn unknown_classes(world: &mut World) -> Vec<String> {
 }
 
 impl Spawner<'_> {
-    /// Of a type, with what the entity's `vehicle` says beside it, if it has one.
+    /// Spawns a vehicle of a type, with the settings of the entity's `vehicle`, if it has one.
     pub(super) fn vehicle(
         &mut self,
         name: &str,

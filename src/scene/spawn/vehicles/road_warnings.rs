@@ -1,12 +1,12 @@
-//! What a person should know of a scene's roads though they can be driven on: lines that do not meet, points that are
-//! hardly meant, and vehicles that stand in each other. Each with its place in the file's coordinates.
+//! Warnings of a scene's roads that can be driven on nevertheless: lines that do not meet, stray points, and vehicles
+//! that stand in each other. Each with its place in the file's coordinates.
 
 use glam::DVec3;
 use systems::vehicles::forks::{APART, Gap, Next, gap};
 use systems::vehicles::route_line::self_crossing;
 use systems::vehicles::routes::{Route, Routes};
 
-/// Of the wider of two lanes: as far their ends may be apart and still meet, where a lane goes over into one beside it.
+/// Largest gap between the ends of lanes that meet, in widths of the wider lane: one may go over into its neighbour.
 const MEETS: f64 = 0.65;
 /// Metres, and how often as long as the line past it the way over a point is, where that point is hardly meant.
 const SPIKE: (f64, f64) = (50.0, 10.0);
@@ -19,7 +19,7 @@ const SHARP: f64 = 0.5;
 /// Degrees: a route that turns off by more where another ends heads back along it.
 const BACK: f64 = 100.0;
 
-/// What is to be said of routes; `origin`: where the world's places count from.
+/// Warnings of routes; `origin`: of the world's coordinates.
 pub fn of_routes(routes: &Routes, origin: DVec3) -> Vec<String> {
     let told = Told { origin };
     let mut warnings = Vec::new();
@@ -36,7 +36,7 @@ pub fn of_routes(routes: &Routes, origin: DVec3) -> Vec<String> {
     warnings
 }
 
-/// What is to be said where vehicles drive on routes that begin anew. Naming the route itself says that it is meant.
+/// Warning that vehicles drive on routes that begin anew. Naming the route itself says that it is meant.
 pub fn of_beginning_anew(routes: &Routes, origin: DVec3) -> Option<String> {
     let told = Told { origin };
     let ends = |route: &Route| (route.place(route.length).position, route.place(0.0).position);
