@@ -1,7 +1,7 @@
 //! Stands in for logs where the program is built without the feature `mcap`: none can be begun.
 
-use super::ros::Message;
 use super::checks::unfit;
+use super::ros::Message;
 use std::convert::Infallible;
 use std::io::{Read, Result, Write};
 use std::marker::PhantomData;

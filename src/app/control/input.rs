@@ -62,6 +62,7 @@ pub enum Command {
 pub struct KeyBinding {
     /// Any of these; named as on an English keyboard.
     pub keys: &'static [&'static str],
+    /// Carried out when one is pressed.
     pub command: Command,
     /// For people.
     pub help: &'static str,
