@@ -13,12 +13,12 @@ pub(super) fn set_manual_control(world: &mut World, vehicle: Entity, manual: boo
     if manual {
         world.entity_mut(vehicle).insert(ManualControl);
     } else {
-        let_go(world, vehicle);
+        release(world, vehicle);
     }
 }
 
 /// Manual control has ended: pedals are released, and its route goes on from where it is.
-fn let_go(world: &mut World, vehicle: Entity) {
+fn release(world: &mut World, vehicle: Entity) {
     world.entity_mut(vehicle).remove::<ManualControl>();
     if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
         (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);

@@ -37,7 +37,7 @@ type Image = Option<(DVec2, DMat2)>;
 
 impl Lens {
     /// Tells if straight lines become curves, so that no rasterizer draws its picture as it is.
-    pub fn bends(&self) -> bool {
+    pub fn has_distortion(&self) -> bool {
         matches!(self, Self::BrownConrady { .. } | Self::KannalaBrandt { .. })
     }
 }
@@ -130,7 +130,7 @@ impl CameraSensor {
         if !(limit > 0.0 && (limit <= std::f64::consts::PI || limit == f64::INFINITY)) {
             return Err(format!("largest_degrees: expected a number up to 180, found {}", limit.to_degrees()));
         }
-        if !self.lens.bends() {
+        if !self.lens.has_distortion() {
             return Ok(());
         }
         // What sees the border sees what is within it.

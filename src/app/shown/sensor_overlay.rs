@@ -80,7 +80,7 @@ impl Screen<'_> {
         let far = LENGTH.max(2.0 * camera.near).min(camera.far);
         let size = Vec2::new(camera.size.0 as f32, camera.size.1 as f32);
         let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
-        let place = |at: Vec2, depth: f32| match camera.lens.bends() {
+        let place = |at: Vec2, depth: f32| match camera.lens.has_distortion() {
             true => bent_corner(camera, &view, at, depth),
             false => point_at(&view, at * size, depth),
         };

@@ -19,7 +19,7 @@ pub struct RenderArgs {
     pub output: Option<PathBuf>,
     /// Render one of the shards that relief split has made, into a folder beside that file; with --resume not if it is
     /// there and whole
-    #[arg(long, value_name = "FILE:N", value_parser = parse_shard, conflicts_with_all = OF_SPLIT)]
+    #[arg(long, value_name = "FILE:N", value_parser = parse_shard, conflicts_with_all = SPLIT_OPTIONS)]
     pub shard: Option<(PathBuf, usize)>,
     #[command(flatten)]
     pub work: WorkArgs,
@@ -29,7 +29,7 @@ pub struct RenderArgs {
 }
 
 /// Options that relief split has fixed for its shards, or that make no sense for one.
-const OF_SPLIT: [&str; 24] = [
+const SPLIT_OPTIONS: [&str; 24] = [
     "output",
     "sensors",
     "format",

@@ -78,7 +78,7 @@ impl FileFormat {
             // Labels are of pictures.
             Self::Coco => [CameraOutput::Color, CameraOutput::Instance, CameraOutput::Class].into_iter().all(has),
             // Its pictures are those of pinholes.
-            Self::Kitti => has(CameraOutput::Color) && camera.intrinsics().is_some() && !camera.lens.bends(),
+            Self::Kitti => has(CameraOutput::Color) && camera.intrinsics().is_some() && !camera.lens.has_distortion(),
             _ => true,
         };
         is_for_camera && self.has_form(output)

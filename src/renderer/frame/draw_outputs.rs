@@ -81,7 +81,7 @@ impl Renderer {
         let missing = self.start_pipelines(std::iter::once(&*view), self.opaque_keys(view));
         self.pipelines.finish_objects(missing);
         view.output_textures.fit(&self.gpu.device, size, OutputSet::COLOR.with(planned), false);
-        view.fit_outputs(&self.gpu.device, size);
+        view.ensure_outputs(&self.gpu.device, size);
         if let Some(picture) = view.output_textures.color.as_ref().map(|kept| kept.view.clone()) {
             self.encode(encoder, &mut [ViewTarget::new(&mut *view, &picture, PICTURE_FORMAT)]);
         }

@@ -1,8 +1,8 @@
 //! The renderer: a device, and a scene as it is uploaded, which all views share.
 
 use super::worlds::{Assets, RestingWorlds, WorldUploads};
+use crate::renderer::culling::cpu_culling::CpuCulling;
 use crate::renderer::culling::cull::Culling;
-use crate::renderer::culling::few_objects::FewObjects;
 use crate::renderer::culling::indirect_draws::IndirectDraws;
 use crate::renderer::culling::pyramid::PyramidMaker;
 use crate::renderer::culling::slot_set::SlotSet;
@@ -169,7 +169,7 @@ impl Renderer {
         for (index, (state, plan)) in (0..).zip(views) {
             let shadow_records = self.own.tables.shadow_records(index);
             state.finish(&self.gpu, list, (plan, shadow_records), self.own.uploads, self.prepared);
-            state.fit_scene_color(
+            state.ensure_scene_color(
                 &self.gpu.device,
                 &self.pipelines.scene_color_layout,
                 plan.size(),
@@ -261,17 +261,17 @@ impl Renderer {
         if cells.is_some() {
             self.culling.make_for_cells(&self.gpu.device);
         }
-        let few = self.few_objects(frame, views);
+        let few = self.cpu_culling(frame, views);
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
             let draws = &mut self.own.draws[usize::from(levels)];
             self.stats.list_bytes += draws.update(&self.gpu, list, &self.assets.meshes, levels)?;
             let draws = &self.own.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
-            state.fit_outputs(&self.gpu.device, plan.size());
+            state.ensure_outputs(&self.gpu.device, plan.size());
             let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.is_shaded());
             let shown = shown.map(|cells| (cells, frame.open_portals));
-            state.fit_cells(&self.gpu, &self.pipelines.frame_layout, shown);
+            state.ensure_cells(&self.gpu, &self.pipelines.frame_layout, shown);
             state.prepare_lists(&self.gpu, &self.culling, draws, plan, (cells, few.as_ref()))?;
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.own.tables);
         }
@@ -279,15 +279,15 @@ impl Renderer {
     }
 
     /// Objects to cull on the CPU: those that views show alone. Else all, if they are few and the world has no cells.
-    fn few_objects(&self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Option<FewObjects> {
+    fn cpu_culling(&self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Option<CpuCulling> {
         let shown_alone: Vec<&SlotSet> = views.iter().filter_map(|(state, _)| state.only.as_deref()).collect();
         if !shown_alone.is_empty() {
             let is_among = |slot| shown_alone.iter().any(|only| only.has(slot));
-            return Some(FewObjects::among(frame, &self.assets.meshes, is_among));
+            return Some(CpuCulling::among(frame, &self.assets.meshes, is_among));
         }
         let has_cells = frame.cells.is_some_and(|cells| !cells.is_empty());
         let counts_few = !has_cells && views.iter().any(|(_, plan)| plan.settings.few_on_cpu);
-        counts_few.then(|| FewObjects::of(frame, &self.assets.meshes)).flatten()
+        counts_few.then(|| CpuCulling::of(frame, &self.assets.meshes)).flatten()
     }
 
     /// Meshes, maps and tables.

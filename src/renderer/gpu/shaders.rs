@@ -73,7 +73,7 @@ pub const ALL: [(&str, &str); 10] = [
 mod tests {
     use super::*;
     use crate::renderer::culling::cull::Phase;
-    use crate::renderer::culling::{cull, few_objects, pyramid};
+    use crate::renderer::culling::{cpu_culling, cull, pyramid};
     use crate::renderer::passes::emboss::EmbossPass;
     use crate::renderer::passes::pass::{Attached, Pass};
     use crate::renderer::passes::pipelines::object_constants;
@@ -116,7 +116,7 @@ mod tests {
             ("EARLY", Phase::Early.bit()),
             ("LATE", Phase::Late.bit()),
             number("SLICES", cull::SLICES),
-            number("COARSE", few_objects::COARSE),
+            number("COARSE", cpu_culling::COARSE),
             number("TOGETHER", cull::TOGETHER),
             number("BLOCK", cull::BLOCK),
             number("MOST_PLANES", Sight::MOST as u32),

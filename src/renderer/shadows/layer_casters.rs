@@ -10,10 +10,10 @@
 //! one.
 
 use super::layer_light::LayerLight;
-use super::seen_shadows::SeenReceivers;
 use super::shadow_layers::Face;
 use super::shadow_pass::{MaskKey, base_texture};
 use super::sun_levels::SunLevel;
+use super::visible_casters::VisibleReceivers;
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::resources::meshes::Meshes;
 use glam::Vec3;
@@ -157,7 +157,7 @@ pub(crate) struct Changes<'a> {
     pub all_masks: bool,
     pub materials: &'a DirtySlots,
     pub frame: u64,
-    pub receivers: SeenReceivers,
+    pub receivers: VisibleReceivers,
 }
 
 impl Layer {

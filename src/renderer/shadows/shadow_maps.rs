@@ -13,10 +13,10 @@
 use super::lamp_layers::Lamp;
 use super::layer_casters::{Changes, DueFace, DueLayer, Layer, Owner, Start};
 use super::layer_light::LayerLight;
-use super::seen_shadows::{SeenReceivers, SeenView};
 use super::shadow_layers::{Face, MOST_LAYERS, SIZE, Turn, fade_bits, upper_half};
 use super::shadow_pass::{Maps, OnDevice, begin_pass, face_stride};
 use super::sun_levels::{LEVELS, SunLayer, SunLevel, turn_of};
+use super::visible_casters::{ReceiverView, VisibleReceivers};
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::timestamps::Timestamps;
@@ -249,9 +249,9 @@ impl ShadowMaps {
             scene.changed_casters(&list.instances, frame.library)
         };
         let receivers = if casters.is_empty() {
-            SeenReceivers::default()
+            VisibleReceivers::default()
         } else {
-            SeenReceivers::new(views.iter().map(|view| SeenView::new(view.plan)), scene.bounds())
+            VisibleReceivers::new(views.iter().map(|view| ReceiverView::new(view.plan)), scene.bounds())
         };
         let changes = Changes {
             slots: if is_same { &nothing } else { &list.instances.dirty },

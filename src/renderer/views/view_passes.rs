@@ -102,7 +102,7 @@ impl ViewState {
     }
 
     /// Makes the textures of outputs that the settings ask for.
-    pub(crate) fn fit_outputs(&mut self, device: &wgpu::Device, size: (u32, u32)) {
+    pub(crate) fn ensure_outputs(&mut self, device: &wgpu::Device, size: (u32, u32)) {
         if let Some(layer) = &self.layer {
             self.output_textures = layer.outputs();
             return;
@@ -120,7 +120,7 @@ impl ViewState {
     }
 
     /// Makes a copy of the picture for blended objects to refract, while any does.
-    pub(crate) fn fit_scene_color(
+    pub(crate) fn ensure_scene_color(
         &mut self,
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,

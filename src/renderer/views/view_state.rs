@@ -6,8 +6,8 @@
 
 use super::blended::BlendedList;
 use super::layers::Layer;
+use crate::renderer::culling::cpu_culling::CpuCulling;
 use crate::renderer::culling::cull::{CulledView, Culling, Phase};
-use crate::renderer::culling::few_objects::FewObjects;
 use crate::renderer::culling::indirect_draws::{Draw, IndirectDraws};
 use crate::renderer::culling::pyramid::{Pyramid, PyramidMaker};
 use crate::renderer::culling::slot_set::SlotSet;
@@ -290,7 +290,7 @@ impl ViewState {
     }
 
     /// Makes what the debug view of cells needs; `None`: it is not shown.
-    pub(crate) fn fit_cells(
+    pub(crate) fn ensure_cells(
         &mut self,
         gpu: &Gpu,
         frame_layout: &wgpu::BindGroupLayout,
@@ -307,7 +307,7 @@ impl ViewState {
         culling: &Culling,
         draws: &IndirectDraws,
         plan: &ViewPlan,
-        (cells, few): (Option<&Cells>, Option<&FewObjects>),
+        (cells, few): (Option<&Cells>, Option<&CpuCulling>),
     ) -> Result<(), RenderError> {
         let on_cpu = self.only.is_some() || plan.settings.few_on_cpu && self.culled.pyramid().is_none();
         let only = self.only.as_deref();

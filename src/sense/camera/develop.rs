@@ -10,7 +10,7 @@ use systems::sensors::{CameraOutput, CameraSensor, Exposure, LightMeter};
 
 /// Tells if a camera's colours are made here of linear ones.
 pub(super) fn is_developed(sensor: &CameraSensor) -> bool {
-    sensor.lens.bends() || sensor.noise.is_some() || sensor.exposure != Exposure::Scene
+    sensor.lens.has_distortion() || sensor.noise.is_some() || sensor.exposure != Exposure::Scene
 }
 
 /// Exposes linear colours, which the scene's `exposure` has exposed, adds noise to them, and makes colours of them

@@ -80,7 +80,7 @@ impl LensMaps {
         if found.is_none() {
             camera.check_lens().map_err(|reason| format!("lens: {reason}"))?;
         }
-        if !camera.lens.bends() {
+        if !camera.lens.has_distortion() {
             return Ok(None);
         }
         let map = found.unwrap_or_else(|| Arc::new(LensMap::new(camera)));

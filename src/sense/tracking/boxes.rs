@@ -46,7 +46,7 @@ impl Boxes {
         let seen = count(found, camera.size.0);
         let mut boxes = Vec::new();
         let mut layers: Vec<(Vec<usize>, Vec<[f64; 4]>)> = Vec::new();
-        let is_bent = camera.lens.bends();
+        let is_bent = camera.lens.has_distortion();
         for thing in scene.things.iter().filter(|thing| Some(thing.number) != scene.mounted_on) {
             let Some((outline, made)) = scene.object_box(camera, thing, seen.get(&thing.number)) else { continue };
             if made.pixels > 0 {

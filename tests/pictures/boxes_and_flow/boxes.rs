@@ -180,7 +180,7 @@ fn how_much_is_seen_is_what_is_left_of_the_thing_alone() {
         assert!(partly > 5 && many > 10, "{partly} of {many}");
         // A pinhole sees all that is before it.
         let is_known = whole.boxes.iter().all(|one| one.truncated.is_some());
-        assert!(is_known || lens.bends(), "{lens:?}");
+        assert!(is_known || lens.has_distortion(), "{lens:?}");
         not_known += usize::from(!is_known);
     }
     assert!(not_known >= 3, "{not_known}");

@@ -15,7 +15,7 @@ use systems::space::Sphere;
 
 /// Parameters of a view that decide which shadows it shows.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SeenView {
+pub(crate) struct ReceiverView {
     /// World space.
     pub eye: Vec3,
     /// The frustum's planes without the far one, world space: inward unit normal and offset.
@@ -26,13 +26,13 @@ pub(crate) struct SeenView {
 
 /// All that views show.
 #[derive(Debug, Default)]
-pub(crate) struct SeenReceivers {
-    views: Vec<SeenView>,
+pub(crate) struct VisibleReceivers {
+    views: Vec<ReceiverView>,
     /// The corners of a box around all objects, world space.
     bounds: (Vec3, Vec3),
 }
 
-impl SeenView {
+impl ReceiverView {
     pub fn new(plan: &ViewPlan) -> Self {
         let level_error = plan.settings.levels.allowed_error(plan.view.pixels_at_1m());
         Self::of(&plan.view, level_error)
@@ -53,9 +53,9 @@ impl SeenView {
     }
 }
 
-impl SeenReceivers {
+impl VisibleReceivers {
     /// `bounds`: of all objects, by corners; `None` where there are none.
-    pub fn new(views: impl Iterator<Item = SeenView>, bounds: Option<(Vec3, Vec3)>) -> Self {
+    pub fn new(views: impl Iterator<Item = ReceiverView>, bounds: Option<(Vec3, Vec3)>) -> Self {
         Self { views: views.filter(|_| bounds.is_some()).collect(), bounds: bounds.unwrap_or_default() }
     }
 
@@ -65,7 +65,7 @@ impl SeenReceivers {
         self.views.iter().any(|view| self.may_show_in(view, light, &view.widened(shadow)))
     }
 
-    fn may_show_in(&self, view: &SeenView, light: &LayerLight, shadow: &Shadow) -> bool {
+    fn may_show_in(&self, view: &ReceiverView, light: &LayerLight, shadow: &Shadow) -> bool {
         let length = self.length(shadow);
         let Shadow { start: Sphere { center, radius }, along, growth, .. } = *shadow;
         // Signed distances are linear along the ray, and so is the radius: the ends decide.
@@ -132,9 +132,9 @@ mod tests {
             (at, to, radius) in (0.0_f32..1.0, direction(), 0.01_f32..3.0),
         ) {
             let place = Affine3A::from_rotation_translation(Quat::from_rotation_arc(Vec3::NEG_Z, looks), eye);
-            let view = SeenView::of(&View::new(&place, &Camera::default(), 160, 90), 1e-3);
+            let view = ReceiverView::of(&View::new(&place, &Camera::default(), 160, 90), 1e-3);
             let bounds = (Vec3::splat(-15.0), Vec3::splat(15.0));
-            let receivers = SeenReceivers::new([view].into_iter(), Some(bounds));
+            let receivers = VisibleReceivers::new([view].into_iter(), Some(bounds));
             let is_seen = |point: &Vec3| view.planes.iter().all(|plane| plane.truncate().dot(*point) + plane.w >= 0.0);
             for point in points.into_iter().filter(is_seen) {
                 // Spheres that the ray touches at least.
@@ -178,7 +178,7 @@ mod tests {
             let projection = Projection::Perspective { fov_y: 0.02, aspect: None };
             let view = View::new(&place, &Camera { projection, ..Camera::default() }, 160, 90);
             let bounds = (Vec3::splat(-range), Vec3::splat(range));
-            let receivers = SeenReceivers::new([SeenView::of(&view, 0.0)].into_iter(), Some(bounds));
+            let receivers = VisibleReceivers::new([ReceiverView::of(&view, 0.0)].into_iter(), Some(bounds));
             prop_assert!(receivers.may_show(&LayerLight::Lamp(lamp), caster));
         }
     }
@@ -200,9 +200,9 @@ mod tests {
     #[test]
     fn what_is_behind_or_beside_the_view_or_lights_only_what_is_there_is_not_shown() {
         let view = View::new(&Affine3A::from_translation(Vec3::Y), &Camera::default(), 90, 90);
-        let view = SeenView::of(&view, 1e-3);
+        let view = ReceiverView::of(&view, 1e-3);
         let bounds = Some((Vec3::new(-50.0, 0.0, -50.0), Vec3::new(50.0, 3.0, 50.0)));
-        let receivers = SeenReceivers::new([view].into_iter(), bounds);
+        let receivers = VisibleReceivers::new([view].into_iter(), bounds);
         let level = |turn, level| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::Y, turn, level), 0.0));
         let sun = |direction| [0, 1, 2, 3].map(|number| level(Turn::new(direction), number));
         let (above, behind) = (sun(Vec3::NEG_Y), sun(Vec3::new(0.0, -0.1, -1.0)));
@@ -223,7 +223,7 @@ mod tests {
             assert_eq!(light.iter().any(|layer| receivers.may_show(layer, sphere)), shown, "{at:?}");
         }
         assert!(lamp[0].shadow(Sphere { center: Vec3::new(0.0, 4.0, 8.2), radius: 0.5 }).is_none());
-        let nothing = SeenReceivers::new([view].into_iter(), None);
+        let nothing = VisibleReceivers::new([view].into_iter(), None);
         let sphere = Sphere { center: Vec3::new(0.0, 1.0, -10.0), radius: 0.5 };
         assert!(!above.iter().any(|layer| nothing.may_show(layer, sphere)));
     }

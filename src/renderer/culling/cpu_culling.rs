@@ -23,7 +23,7 @@ const MOST_OBJECTS: u32 = 2048;
 
 /// The opaque objects of a world that has few, for all views of a frame.
 #[derive(Debug)]
-pub(crate) struct FewObjects {
+pub(crate) struct CpuCulling {
     /// In the order of batches, pages and slots.
     objects: Vec<Object>,
     /// By batch.
@@ -48,7 +48,7 @@ struct Levels {
     first_draw: usize,
 }
 
-impl FewObjects {
+impl CpuCulling {
     /// Those of a frame; `None` if there are many. All meshes are uploaded.
     pub fn of(frame: &FrameData<'_>, meshes: &Meshes) -> Option<Self> {
         (frame.list.objects <= MOST_OBJECTS).then(|| Self::among(frame, meshes, |_| true))
