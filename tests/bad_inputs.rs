@@ -71,7 +71,7 @@ fn load(path: &Path) -> Outcome {
     }
 }
 
-/// What has been loaded can be drawn without another look at it.
+/// Asserts that a loaded model can be drawn without further checks.
 fn assert_sane(model: &relief::import::Model, library: &Library, path: &Path) {
     for (_, place) in model.placed() {
         assert!(place.is_finite(), "{}: a node's place is not finite", path.display());

@@ -8,7 +8,7 @@ use relief::frames::{Headless, LoadOptions, load_stage};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// What the graphics stack logged as warning or error.
+/// Warnings and errors that the graphics stack logged.
 struct Heard(Mutex<Vec<String>>);
 
 static HEARD: Heard = Heard(Mutex::new(Vec::new()));

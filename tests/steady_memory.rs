@@ -55,7 +55,7 @@ fn hundreds_of_frames_take_no_more_memory_than_some() {
     }
 }
 
-/// What went is forgotten everywhere: by the world, the registry, the tables of lights and objects, and the adapter.
+/// Despawned entities are forgotten everywhere: by the world, the registry, the light and object tables, the adapter.
 #[test]
 fn what_comes_and_goes_leaves_nothing_behind() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Which files of this crate use which, read from their text: folders are layers, and circles of imports stay small
+//! Imports between the files of this crate, read from their text. Folders are layers, and circles of imports stay small
 //! enough to be understood together.
 
 #[path = "common/imports.rs"]

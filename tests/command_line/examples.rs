@@ -5,7 +5,7 @@ use crate::common::display::{Display, Running, wait_for};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where cargo puts examples: beside the folder of this test's program.
+/// Path of a built example: in `examples`, beside the folder of this test's program.
 fn built(example: &str) -> PathBuf {
     let test = std::env::current_exe().expect("this program");
     let folder = test.parent().and_then(|deps| deps.parent()).expect("target/PROFILE/deps");

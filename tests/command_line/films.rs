@@ -42,7 +42,7 @@ fn unfinished(folder: &Path) -> Vec<PathBuf> {
     files.filter(|name| name.to_string_lossy().contains("part")).collect()
 }
 
-/// What ffprobe says of fields of a film's only stream, one a line.
+/// Values of fields of a film's only stream, by ffprobe.
 fn probe(film: &Path, fields: &str) -> Vec<String> {
     let entries = format!("stream={fields}");
     let mut command = Command::new("ffprobe");
@@ -219,7 +219,7 @@ fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
     assert!(!folder.path().join("out").exists(), "said before rendering");
 }
 
-/// As a user who may not write there; root may write anywhere.
+/// Runs as a user who may not write there; root may write anywhere.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_film_in_a_folder_of_others_is_refused_before_the_first_frame() {

@@ -125,7 +125,7 @@ fn texels_of_files_that_have_changed_are_refused_by_name() {
     assert!(missing.expect_err("no file").to_string().contains("paint.png"));
 }
 
-/// What is known to go wrong while nothing waits for it is an error of the next call, and no panic of wgpu's.
+/// Faults while nothing waits for them are errors of the next call, and no panic of wgpu's.
 #[test]
 fn a_fault_outside_of_preparing_is_told() {
     let Some(gpu) = common::gpu() else { return };

@@ -339,7 +339,7 @@ fn no_adapter_exits_with_3_and_says_what_to_install() {
     assert_fails(&none(&["render", "scene.ron", "-o", "o"]), 3, &["mesa-vulkan-drivers"]);
 }
 
-/// What a headless command must not do: connect to a display.
+/// Headless commands must not connect to a display.
 #[test]
 #[cfg(target_os = "linux")]
 fn headless_commands_ask_no_display() {

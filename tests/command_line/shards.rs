@@ -52,7 +52,7 @@ fn render_shards(numbers: &[usize], folder: &Path) {
     }
 }
 
-/// That two folders hold the same.
+/// Asserts that two folders hold the same files, and returns them.
 #[track_caller]
 fn assert_same(found: &Path, expected: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let (found, expected) = (files(found), files(expected));

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 const RELIEF: &str = env!("CARGO_BIN_EXE_relief");
-/// Of windows, pixels.
+/// Size of windows, pixels.
 pub const SIZE: (u32, u32) = (480, 270);
 /// The pointer goes where it hides nothing of the window.
 pub const AWAY: [&str; 3] = ["mousemove", "700", "500"];
@@ -31,7 +31,7 @@ impl Place {
         self.0.path()
     }
 
-    /// What is written so far.
+    /// Content of a file so far; empty if there is none.
     pub fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path().join(name)).unwrap_or_default()
     }

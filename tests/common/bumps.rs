@@ -75,7 +75,7 @@ impl Stage {
         normals.into_iter().map(Vec3::from_array).collect()
     }
 
-    /// Where the image is upright and faces the camera: a square of that size in the plane z = 0.
+    /// Rectangle of that size in the plane z = 0; its image is upright and faces the camera.
     pub fn facing(size: Vec2) -> (Mesh, Transform) {
         (shapes::plane(size, UVec2::ONE), Transform::from_rotation(glam::Quat::from_rotation_x(FRAC_PI_2)))
     }

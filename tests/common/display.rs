@@ -24,7 +24,7 @@ impl Drop for Running {
 /// Waits until there is an answer.
 ///
 /// # Panics
-/// Where none comes in [`PATIENCE`].
+/// If none comes in [`PATIENCE`].
 pub fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + PATIENCE;
     loop {
@@ -71,7 +71,7 @@ impl Display {
         Some(Self { name, screen: folder.join("Xvfb_screen0"), _server: server })
     }
 
-    /// What xdotool writes; `None` where it fails.
+    /// Runs xdotool and returns its output; `None` if it fails.
     pub fn xdotool(&self, arguments: &[&str]) -> Option<String> {
         let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.name).output();
         let output = output.expect("xdotool starts");
@@ -101,7 +101,7 @@ impl Display {
     }
 }
 
-/// What a test of a window lacks.
+/// Missing requirements of window tests.
 pub fn missing() -> Vec<&'static str> {
     let lacks = |program: &&str| Command::new(program).arg("-help").output().is_err();
     let mut missing: Vec<&str> = ["Xvfb", "xdotool"].into_iter().filter(lacks).collect();

@@ -61,8 +61,8 @@ impl Floor {
         headless.renderer.read_linear().expect("drawn").into_iter().map(|[_, green, ..]| green).collect()
     }
 
-    /// How much of its light each pixel has, with its place on the floor; pixels that are dark without shadows are left
-    /// out.
+    /// Share of its light that each pixel has, with its place on the floor, metres. Without pixels that are dark even
+    /// without shadows.
     pub fn shares(&mut self, headless: &mut Headless) -> Vec<(DVec2, f32)> {
         let (open, shadowed) = (self.draw(headless, 0), self.draw(headless, 32));
         let lit = (0..).zip(open.iter().zip(&shadowed)).filter(|(_, (open, _))| **open > 1e-3);
@@ -81,13 +81,13 @@ pub fn headless(gpu: &Gpu) -> Headless {
     Headless { renderer: SingleView::new(gpu), settings }
 }
 
-/// Where the middle of a pixel is on the floor.
+/// Place of a pixel's centre on the floor, metres.
 pub fn place_of(pixel: u32) -> DVec2 {
     let at = DVec2::new(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5) / f64::from(SIDE);
     (at * 2.0 - 1.0) * f64::from(HALF)
 }
 
-/// Whether the way from a point to another is free of the cube of 1 m that stands on the middle of the floor.
+/// Tells if the segment between two points misses the cube of 1 m on the middle of the floor.
 pub fn is_free(from: DVec3, to: DVec3) -> bool {
     let (low, high) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
     let (first, second) = ((low - from) / (to - from), (high - from) / (to - from));
@@ -96,7 +96,7 @@ pub fn is_free(from: DVec3, to: DVec3) -> bool {
     enter.max(1e-6) > leave.min(1.0)
 }
 
-/// Whether a place is on the cube that stands on the middle of the floor.
+/// Tells if a place is within the footprint of the cube on the middle of the floor.
 fn on_cube(at: DVec2) -> bool {
     at.abs().max_element() < 0.5
 }

@@ -1,4 +1,4 @@
-//! What several tests share.
+//! Helpers of several tests.
 
 use std::path::PathBuf;
 
@@ -87,7 +87,7 @@ pub fn dark() -> systems::draw::Environment {
     }
 }
 
-/// What a program wrote.
+/// Output of a program, as text.
 #[allow(dead_code)]
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
@@ -112,10 +112,10 @@ pub fn files(folder: &std::path::Path) -> std::collections::BTreeMap<PathBuf, Ve
     found
 }
 
-/// The exit code of a program, and that its errors hold all needles.
+/// Asserts the exit code of a program, and that its errors hold all needles.
 ///
 /// # Panics
-/// Where they do not.
+/// If they do not.
 #[track_caller]
 #[allow(dead_code)]
 pub fn assert_fails(output: &std::process::Output, code: i32, needles: &[&str]) {
@@ -167,7 +167,7 @@ pub fn python(script: &str, modules: &[&str], args: &[&std::ffi::OsStr]) -> Opti
     Some(output)
 }
 
-/// What `relief` says to some arguments, in a folder.
+/// Runs `relief` with some arguments, in a folder.
 #[allow(dead_code)]
 pub fn relief(args: &[&str], folder: &std::path::Path) -> std::process::Output {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_relief"));

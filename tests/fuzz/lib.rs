@@ -28,9 +28,9 @@ pub use place::Place;
 /// A reader of files.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// What `scripts/fuzz` calls it.
+    /// Name in `scripts/fuzz`.
     pub name: &'static str,
-    /// Whether its files are text.
+    /// True for text files, false for binary ones.
     pub is_text: bool,
     /// Reads such a file.
     pub read: fn(&Place, &[u8]),

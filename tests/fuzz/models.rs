@@ -50,7 +50,7 @@ fn scan(simulation: &Simulation) {
     assert!(found.range.iter().all(|range| range.is_finite()), "a range is no number");
 }
 
-/// What has been loaded can be drawn without another look at it.
+/// Asserts that a loaded model can be drawn without further checks.
 fn look_through(model: &relief::import::Model, library: &Library) {
     for (_, place) in model.placed() {
         assert!(place.is_finite(), "a node's place is not finite");

@@ -24,7 +24,7 @@ impl Place {
     /// Fills a folder.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     pub fn prepare(folder: &Path) -> io::Result<()> {
         let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
         for entry in ["scenes", "textures", "models"] {
@@ -51,7 +51,7 @@ impl Place {
     /// Writes a file into one of its folders.
     ///
     /// # Panics
-    /// Where it cannot be written: nothing was tried then.
+    /// If it cannot be written: nothing was tried then.
     pub fn write(&self, within: &str, suffix: &str, bytes: &[u8]) -> PathBuf {
         let path = self.folder.join(within).join(format!("{}{suffix}", self.own));
         fs::write(&path, bytes).expect("the folder can be written to");

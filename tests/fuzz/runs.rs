@@ -18,7 +18,7 @@ const STEPS: usize = 24;
 /// A block of a recording, as `src/recording/recorder.rs` has it.
 #[derive(Serialize, Deserialize)]
 pub enum Record {
-    /// What came between this step and the next.
+    /// Inputs between this step and the next.
     Inputs(u64, Vec<SavedInput>),
     /// A step and its hash.
     Mark(u64, StateHash),
@@ -41,7 +41,7 @@ pub fn recording(place: &Place, bytes: &[u8]) {
     run(place, &place.write("", ".rec", &repair::mostly(bytes, repair::blocks)));
 }
 
-/// What follows the first block of a recording: records, one after another.
+/// Replays a recording from what follows its first block: records, one after another.
 pub fn replay(place: &Place, bytes: &[u8]) {
     let (mut stage, scene) = stage(place);
     let path = place.write("", ".rec", b"");

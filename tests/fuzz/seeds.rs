@@ -23,11 +23,11 @@ const MOST_BYTES: u64 = 40 << 10;
 /// Seeds by the names of targets.
 pub type Seeds = BTreeMap<&'static str, Vec<Vec<u8>>>;
 
-/// Of all targets: from the folder of test data, if there is one, from the project's files, and made for it. What
-/// models name is put into the place.
+/// Seeds of all targets: from the project's files, made ones, and from a folder of test data if there is one. Puts the
+/// files that models name into the place.
 ///
 /// # Errors
-/// What the file system says.
+/// Errors of the file system.
 pub fn all(place: &Path, data: Option<&Path>) -> io::Result<Seeds> {
     let mut seeds = Seeds::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -106,7 +106,7 @@ fn the_second_time_comes_from_the_cache_and_is_the_same() {
     assert_eq!(run().1, (1, 0));
 }
 
-/// Of 256 × 256 texels 16 × 16 are noise: the mean over the picture is 24 dB better than that over the patch.
+/// Noise in 16 × 16 of 256 × 256 texels. The mean over the picture is 24 dB better than that over the patch.
 #[test]
 fn a_patch_of_noise_in_a_smooth_picture_keeps_it_as_it_is() {
     let side = 256;

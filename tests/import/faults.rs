@@ -1,4 +1,4 @@
-//! What is refused, what is left out, and what is sound however it is written.
+//! Refusals, omissions, and files that are sound however they are written.
 
 use crate::support::{buffer, first_mesh, floats, material, push, push_accessor, with_triangle};
 use base64::Engine;

@@ -9,11 +9,11 @@ use systems::draw::{Environment, ToneMap};
 use systems::space::Transform;
 
 const SIZE: (u32, u32) = (64, 48);
-/// Of the bar's red, green and blue.
+/// Linear red, green and blue of the bar.
 const EXPOSURE: f32 = 16.0;
-/// Of the bar, in metres, 24 of which are the picture's height; it is longer than that.
+/// Width of the bar, metres; the picture is 24 m high, and the bar is longer.
 const WIDTH: f64 = 7.3;
-/// How far the bar is turned from upright.
+/// Rotation of the bar from upright.
 const DEGREES: f64 = 5.0;
 
 /// A white bar on black.
@@ -28,7 +28,7 @@ fn stage() -> Option<Stage> {
     Some(stage)
 }
 
-/// How much of a pixel the bar covers.
+/// Share of a pixel that the bar covers.
 fn coverage(x: u32, y: u32) -> f64 {
     let slope = DEGREES.to_radians().tan();
     // Pixels per metre.
@@ -49,8 +49,8 @@ fn decoded(byte: u8) -> f64 {
     linear_from_srgb(f32::from(byte) / 255.0).into()
 }
 
-/// How far what is read of a picture may be from what is shown: a step of 8 bits, as `tone_curves.rs` allows. At white,
-/// where steps are the largest, it is 2.4 / 1.055 / 255.
+/// Largest error of what is read of a picture: a step of 8 bits, as `tone_curves.rs` allows. At white, where steps are
+/// the largest, it is 2.4 / 1.055 / 255.
 const STEP: f64 = 0.009;
 
 #[test]

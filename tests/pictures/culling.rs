@@ -1,4 +1,4 @@
-//! Which objects are drawn: the picture is the same however they are culled, and what cannot be seen is left out.
+//! Culling of objects: the picture is the same with any culling, and what cannot be seen is left out.
 
 use crate::common;
 use bevy_ecs::prelude::*;
@@ -730,7 +730,7 @@ fn building(random: &mut TestRng) -> (Scene, Cells) {
     (scene, Cells::new(cells, openings))
 }
 
-/// What no window shows is not drawn, and no pixel misses it: from rooms, from doorways, from outside.
+/// Objects that no window shows are not drawn, and no pixel misses them: from rooms, from doorways, from outside.
 #[test]
 fn rooms_look_the_same_if_only_what_windows_show_is_drawn() {
     let Some(mut renderer) = renderer() else { return };

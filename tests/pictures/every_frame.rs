@@ -11,7 +11,7 @@ use systems::space::GlobalTransform;
 /// before.
 type Seen = (GlobalTransform, Option<(Selection, Vec<(u32, f32)>)>);
 
-/// Where everything is that is anywhere, and its lights.
+/// Places and lights of all entities.
 fn seen(stage: &mut Stage) -> BTreeMap<Entity, Seen> {
     let world = &mut stage.simulation.world;
     let mut all = world.query::<(Entity, &GlobalTransform, Option<&SelectedLights>)>();

@@ -1,4 +1,4 @@
-//! What frames cost: draws, and bytes uploaded, for generated scenes.
+//! Costs of frames: draws, and bytes uploaded, for generated scenes.
 
 use crate::common;
 use bevy_ecs::prelude::*;

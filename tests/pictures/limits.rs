@@ -1,4 +1,4 @@
-//! What does not fit on the device: as much as fits is drawn, more is refused with an error that says what, and the
+//! Scenes too large for the device. As much as fits is drawn, more is refused with an error that says what, and the
 //! renderer goes on. The devices here allow less than the adapter does.
 
 use crate::common;

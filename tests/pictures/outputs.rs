@@ -160,7 +160,7 @@ fn each_set_of_outputs_is_what_it_is_among_all() {
     }
 }
 
-/// What is picked is what the outputs have there; a pick leaves nothing of its one pixel in those that follow.
+/// Picks equal the outputs there; a pick leaves nothing of its one pixel in those that follow.
 #[test]
 fn a_pixel_is_picked_as_the_outputs_have_it() {
     let Some(gpu) = common::gpu() else { return };
@@ -185,7 +185,7 @@ fn a_pixel_is_picked_as_the_outputs_have_it() {
     }
 }
 
-/// What the last frame drew is read, not drawn again, while nothing moves; what moves shows in the next.
+/// Outputs of the last frame are read, not drawn again, while nothing moves; motion shows in the next.
 #[test]
 fn outputs_follow_the_world() {
     let Some(gpu) = common::gpu() else { return };

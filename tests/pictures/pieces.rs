@@ -192,9 +192,9 @@ fn largest_seam(metres: f32, spacing: f32) -> Option<(f32, f32)> {
     Some((seam, error.iter().map(|e| e.abs()).sum::<f32>() / error.len() as f32))
 }
 
-/// Where pieces choose different lights, what they leave out makes a step at their border. It is in proportion to how
-/// far the neighbours' middles are from each other, so it halves with the pieces, and it is small where pieces are
-/// small beside the distance between lamps: a fourth light does not matter there.
+/// Steps at the borders of pieces that choose different lights, from what they leave out. A step is in proportion to
+/// the distance between the neighbours' middles, so it halves with the pieces. It is small if pieces are small beside
+/// the distance between lamps: a fourth light does not matter there.
 #[test]
 fn seams_shrink_with_the_pieces() {
     let Some((coarse, coarse_error)) = largest_seam(5.0, 10.0) else { return };

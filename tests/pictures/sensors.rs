@@ -35,7 +35,7 @@ fn mesh(simulation: &mut Simulation, mesh: systems::assets::Mesh) -> MeshId {
     simulation.world.resource_mut::<Library>().add_mesh(mesh)
 }
 
-/// What a camera at the origin, which looks along −Z, captures of a world.
+/// Capture of a world by a camera at the origin that looks along −Z.
 fn captured(simulation: &mut Simulation, camera: CameraSensor) -> Option<CameraCapture> {
     let gpu = common::gpu()?;
     let entity = simulation.world.spawn((Sensor::camera(camera), Name::new("eye"))).id();

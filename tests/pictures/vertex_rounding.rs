@@ -1,5 +1,5 @@
-//! What the adapter's rasteriser does to vertices is no more than what culling reckons with: objects between samples
-//! are left out by that.
+//! Vertex rounding by the adapter's rasteriser is no more than culling allows for. Objects between samples are left out
+//! by that.
 
 use crate::common;
 use relief::renderer::{Gpu, read_texture};
@@ -39,7 +39,7 @@ const SHADER: &str = "
 @fragment fn fs() -> @location(0) vec4f { return vec4f(1.0); }
 ";
 
-/// Whether each edge's pixel is drawn, kind by kind.
+/// Tells if each edge's pixel is drawn, kind by kind.
 fn drawn(gpu: &Gpu) -> Vec<bool> {
     let device = &gpu.device;
     let format = wgpu::TextureFormat::Rgba8Unorm;

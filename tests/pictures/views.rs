@@ -17,7 +17,7 @@ use systems::draw::Camera;
 use systems::lights::Light;
 use systems::space::Transform;
 
-/// What each view is drawn with: its size, and settings that differ in all that targets and lists depend on.
+/// Size and settings of each view; the settings differ in all that targets and lists depend on.
 fn views() -> [((u32, u32), Settings); 3] {
     let plain = Settings { occlusion: Occlusion::Off, levels: LevelOfDetail::OFF, ..Settings::default() };
     [
@@ -174,7 +174,7 @@ fn a_view_begins_anew_with_another_renderer_and_another_world() {
     }
 }
 
-/// What was prepared and has not changed need not be drawn again, view by view.
+/// Views that are prepared and have not changed need not be drawn again, one by one.
 #[test]
 fn a_view_is_to_be_drawn_again_if_it_or_the_world_has_changed() {
     let Some(gpu) = common::gpu() else { return };
@@ -205,7 +205,7 @@ fn a_view_is_to_be_drawn_again_if_it_or_the_world_has_changed() {
     assert_eq!(needs_redraw(&mut renderer, &mut scene), [true, true], "an object moved");
 }
 
-/// What lists are made of has changed for a view that rests: nothing is drawn of it, and nothing is told.
+/// Lists have changed for a view that rests: nothing is drawn of it, and nothing is told.
 #[test]
 fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
     let Some(gpu) = common::gpu() else { return };

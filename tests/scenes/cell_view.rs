@@ -71,7 +71,7 @@ impl Rooms {
     }
 }
 
-/// How bright the debug view shows what lies flat there, white.
+/// Brightness of a white horizontal surface in the debug view.
 fn headlight(place: Vec3, projection: Projection) -> f32 {
     let toward_eye = (EYE - place).normalize();
     let cosine = if matches!(projection, Projection::Orthographic { .. }) { 1.0 } else { toward_eye.y };

@@ -1,4 +1,4 @@
-//! What is refused, in which words; and that no text does worse.
+//! Refusals and their words; no text does worse.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What generators place.
+//! Placement by generators.
 
 use super::*;
 

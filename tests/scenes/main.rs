@@ -80,7 +80,7 @@ impl Folder {
         self.problems_in(Simulation::new, text)
     }
 
-    /// Of a program with fields of its own.
+    /// Problems for a program with fields of its own.
     fn problems_in(&self, simulation: fn() -> Simulation, text: &str) -> Vec<String> {
         let path = self.file("scene.ron", text);
         let start = format!("{}:", path.display());

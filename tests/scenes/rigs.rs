@@ -42,7 +42,7 @@ fn each_that_takes_a_rig_has_its_sensors_below_it() {
     assert!(world.get::<Instance>(a).is_some() && world.get::<Instance>(part).is_none());
 }
 
-/// What a scene with such a rig is refused for.
+/// Problems of a scene with such a rig.
 fn problems_with(rig: &str) -> Vec<String> {
     let folder = Folder::new();
     folder.file("a.rig.ron", rig);

@@ -169,7 +169,7 @@ fn vehicles_of_a_scene_drive_on_their_routes_and_stand_on_its_ground() {
     assert_eq!(simulation.world.query::<&Ground>().iter(&simulation.world).count(), 1);
 }
 
-/// What a scene with these routes and entities is warned of.
+/// Warnings about a scene with these routes and entities.
 fn warnings_of(routes: &str, entities: &str, more: &str) -> Vec<String> {
     Scene::new(&format!("(routes: {{ {routes} }}, entities: [{entities}], {more})")).load().1
 }
@@ -413,7 +413,7 @@ fn outline(world: &World, entity: Entity) -> (Vec2, Vec2, Vec2) {
     (middle, forward, Vec2::new(kind.size.z, kind.size.x) * 0.5)
 }
 
-/// Whether two come into each other by more than some metres: separating axes.
+/// Tells if two rectangles overlap by more than some metres: separating axes.
 fn overlap(a: (Vec2, Vec2, Vec2), b: (Vec2, Vec2, Vec2), by: f32) -> bool {
     let reach = |o: (Vec2, Vec2, Vec2), axis: Vec2| o.1.dot(axis).abs() * o.2.x + o.1.perp_dot(axis).abs() * o.2.y;
     let axes = [a.1, a.1.perp(), b.1, b.1.perp()];

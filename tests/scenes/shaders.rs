@@ -152,7 +152,7 @@ fn the_structs_of_culling_mirror_the_renderers() {
     assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
 }
 
-/// What a `load_…` function gathers from a table is the record that was put there: every field in its place.
+/// Records that a `load_…` function gathers from a table equal those put there: every field in its place.
 #[test]
 fn records_come_out_of_their_tables_as_they_went_in() {
     let Some(gpu) = common::gpu() else { return };
@@ -181,7 +181,7 @@ fn check_table(gpu: &Gpu, table: usize, kind: &str, load: &str, size: usize) {
     assert!(room <= 2, "{room} values of {kind} are not loaded");
 }
 
-/// What an object's record says of its lights is what its selection said, but for rounding.
+/// Lights of an object's record equal those of its selection, but for rounding.
 #[test]
 fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
     let Some(gpu) = common::gpu() else { return };

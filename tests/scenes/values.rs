@@ -1,4 +1,4 @@
-//! What is written in a scene, in the components that it becomes.
+//! Values of a scene file, in the components that they become.
 
 use super::*;
 

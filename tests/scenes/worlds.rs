@@ -32,7 +32,7 @@ fn checks(size: u32, [r, g, b]: [u8; 3]) -> Image {
     Image::rgba8("checks", size, size, ImageKind::Color, texels.collect())
 }
 
-/// What worlds are made of.
+/// Library for worlds, and assets in it.
 struct Stock {
     library: Library,
     mesh: MeshId,
@@ -89,12 +89,12 @@ fn world(stock: &Stock, seed: u64) -> World {
     World { simulation, sensors: WorldSensors::default(), mesh, image, objects }
 }
 
-/// What a suite that knows nothing yet sees of a world.
+/// Capture of a world by a new suite.
 fn expected(gpu: &Gpu, world: &mut World) -> Capture {
     SensorSuite::new(gpu).capture(&mut world.simulation).expect("captured")
 }
 
-/// What is seen of some worlds together.
+/// Captures some worlds together.
 fn together<'a>(
     drawing: &mut Drawing,
     worlds: impl Iterator<Item = &'a mut World>,

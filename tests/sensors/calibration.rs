@@ -1,4 +1,4 @@
-//! What a calibration by OpenCV finds of a camera, from pictures of a chessboard, is what `sensors.json` says of it.
+//! Calibrations of cameras by OpenCV, from pictures of a chessboard, agree with `sensors.json`.
 
 use crate::common::{self, relief, scene_folder, text};
 use glam::{DVec3, dvec2};

@@ -63,7 +63,7 @@ fn moments(capture: &CameraCapture, noise: &ImageNoise, channel: usize) -> (f64,
     (mean, counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / n)
 }
 
-/// Of grey cards at several exposures: the mean is that of the light, and the variance is affine in it.
+/// Grey cards at several exposures: the mean is that of the light, and the variance is affine in it.
 #[test]
 fn mean_and_variance_are_those_of_the_model() {
     let Some(gpu) = common::gpu() else { return };

@@ -83,7 +83,7 @@ fn placed(point: DVec3) -> Vec3 {
     (point * DVec3::new(1.0, -1.0, -1.0)).as_vec3()
 }
 
-/// Where OpenCV puts points that cameras see.
+/// Pixels of the points that cameras see, camera axes, by OpenCV.
 fn of_opencv(cameras: &[CameraSensor], points: &[Vec<DVec3>]) -> Option<Vec<Vec<DVec2>>> {
     let described = cameras.iter().zip(points).map(|(camera, points)| {
         let (model, d) = match &camera.lens {
@@ -262,7 +262,7 @@ fn crowd(simulation: &mut Simulation) {
     }
 }
 
-/// Whether all pixels of the square of 3 × 3 around one have its value.
+/// Tells if all pixels of the square of 3 × 3 around one have its value.
 fn is_even<T: PartialEq>(values: &[T], u: usize, v: usize) -> bool {
     let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
     let rows = v.saturating_sub(1)..(v + 2).min(height);

@@ -116,7 +116,7 @@ fn the_calibration_of_kitti_stays_where_its_lidar_is_due_less_often() {
     }
 }
 
-/// What ffprobe says of fields of a film's only stream.
+/// Values of fields of a film's only stream, by ffprobe.
 fn probe(film: &Path, fields: &str) -> String {
     let entries = format!("stream={fields}");
     let mut command = Command::new("ffprobe");

@@ -35,7 +35,7 @@ const ROAD: f32 = 14.0;
 struct Drive {
     simulation: Simulation,
     renderer: SingleView,
-    /// Where tone-mapped pictures go that no one reads.
+    /// Unread target of tone-mapped pictures.
     target: wgpu::TextureView,
     object: Entity,
     camera: Entity,
@@ -70,12 +70,12 @@ impl Place {
     }
 }
 
-/// What a drive found.
+/// Measurements of a drive.
 #[derive(Debug, Default)]
 struct Found {
     /// By each policy, between places at most [`SUB_FRAME`] apart.
     largest: [f32; COUNT],
-    /// How often the set of three changed.
+    /// Number of changes of the set of three.
     changes: usize,
     places: usize,
 }
@@ -223,8 +223,8 @@ fn nothing_pops_past_classic_spots() {
     assert_nothing_pops(LightKind::Spot { outer: 0.7, inner: None, exponent: 4.0 });
 }
 
-/// What happens to a lamp all at once is a step for the reference, too; lights that leave out next to nothing follow it
-/// with no more than [`BOUND`] beside that. Three lights do not: what they leave out is another then.
+/// Sudden changes of a lamp are steps for the reference, too. Lights that leave out next to nothing follow it with no
+/// more than [`BOUND`] beside that. Three lights do not: what they leave out is another then.
 #[test]
 fn lamps_that_are_switched_turned_and_spawned_are_no_larger_steps_than_by_all_lights() {
     let Some(mut drive) = Drive::new(street(LightKind::Spot { outer: 1.1, inner: Some(0.6), exponent: 0.0 })) else {

@@ -82,8 +82,8 @@ fn grazing_light_leaves_no_acne() {
     }
 }
 
-/// What stands far away towards the sun casts its shadow, before the near plane as well. What is beyond the light's far
-/// plane or the last level is lit.
+/// Casters far away towards the sun cast their shadows, before the near plane as well. Surfaces beyond the light's far
+/// plane or the last level are lit.
 #[test]
 fn casters_may_be_as_far_away_as_they_like() {
     let Some(gpu) = common::gpu() else { return };

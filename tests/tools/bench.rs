@@ -165,7 +165,7 @@ fn the_same_arguments_give_the_same_picture() {
     assert!(first != picture("still", &[]), "what moved shows");
 }
 
-/// What is measured is what other commands draw, by default.
+/// Measured pictures are those that other commands draw, by default.
 #[test]
 fn a_scene_is_drawn_as_render_draws_it() {
     if common::gpu().is_none() {

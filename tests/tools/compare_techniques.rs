@@ -53,7 +53,7 @@ fn row<'a>(report: &'a Report, technique: &str) -> &'a Row {
     report.row(technique).unwrap_or_else(|| panic!("{technique} is not in the report"))
 }
 
-/// Whether nothing else is as near to the truth without shadows.
+/// Tells if a technique is the nearest to the truth, without shadows.
 fn is_nearest(report: &Report, technique: &str) -> bool {
     let nearest = row(report, technique).unshadowed.mean;
     report.rows.iter().all(|row| row.technique == technique || row.unshadowed.mean > nearest)
@@ -174,7 +174,7 @@ fn a_sunken_plane_is_seen_where_it_lies() {
     assert!(mean("relief") < quarter && mean("combined") < quarter, "{report}");
 }
 
-/// What is left: where the image is squeezed, as at a sphere's poles, slopes are steeper than a normal map says.
+/// Errors that remain: slopes are steeper than the normal map says where the image is squeezed, as at poles.
 #[test]
 fn round_figures_are_compared_too() {
     if common::gpu().is_none() {

@@ -195,8 +195,8 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
     assert!(three.flip < hard.flip && three.p99 < hard.p99, "{three:?} {hard:?}");
 }
 
-/// What lights leave out where an object has enough is too little to be seen: on the town at night, whose roads are cut
-/// into pieces under many lamps. The figures of docs/lights.md are those of a larger picture.
+/// Light that is left out of an object with enough lights is too little to be seen. The scene is the town at night:
+/// its roads are cut into pieces under many lamps. The figures of docs/lights.md are those of a larger picture.
 #[test]
 fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
     if common::gpu().is_none() {

@@ -274,8 +274,8 @@ fn leaning(segments: u32, sides: u32) -> Mesh {
     torus
 }
 
-/// What the renderer makes of the coarse mesh with the map must be what it makes of the fine mesh: in space that is
-/// stretched unevenly, in mirrored space, and with mirrored UVs.
+/// Drawn normals of the coarse mesh with the map must be those of the fine mesh: in unevenly stretched space, in
+/// mirrored space, and with mirrored UVs.
 #[test]
 fn the_renderer_shows_the_normals_that_were_baked() {
     let Some(gpu) = common::gpu() else { return };

@@ -14,7 +14,7 @@ use std::fs;
 /// 65 roundings of 2⁻²⁴.
 const TOLERANCE: f32 = 0.001 / 255.0;
 
-/// What both are to compute.
+/// Calls of the tools: inputs for both sides, and our results.
 #[derive(Default)]
 struct Jobs {
     list: Vec<Value>,

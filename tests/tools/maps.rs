@@ -37,7 +37,7 @@ fn decoded(map: &Raster) -> Vec<Vec3> {
     map.values.chunks_exact(3).map(|texel| Vec3::from_slice(texel) * 2.0 - 1.0).collect()
 }
 
-/// What comes back of a map that is written to a file.
+/// Map after it is written to a file and read back.
 fn stored(map: &Raster, name: &str, bits: Bits) -> Raster {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(name);

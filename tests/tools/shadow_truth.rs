@@ -17,7 +17,7 @@ const SIDE: u32 = 50;
 /// Metres from the middle of the picture to its edge.
 const HALF: f64 = 2.5;
 
-/// Of a scene: no light but that of its lamps and suns.
+/// Environment of a scene with no light but that of its lamps and suns.
 const DARK: &str = "environment: (
         ambient: (0, 0, 0), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0), tone_map: clamp,
     ),";
@@ -83,8 +83,8 @@ fn measured_in(scene: &str, technique: Option<Technique>, size: (u32, u32)) -> M
     Measured { report, truth, unshadowed, maps, perfect }
 }
 
-/// Whether the way from a point toward a light is free of the cube of 1 m that stands on the middle of the floor.
-/// `light`: where it is; `None` where it is as far as the direction goes.
+/// Tells if the way from a point toward a light misses the cube of 1 m on the middle of the floor. `end`: distance of
+/// the light, in lengths of `way`; infinite for a sun.
 fn is_free(from: DVec3, way: DVec3, end: f64) -> bool {
     let (low, high) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
     let (first, second) = ((low - from) / way, (high - from) / way);

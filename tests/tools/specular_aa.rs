@@ -79,7 +79,7 @@ struct Drawn {
     reference: Vec<f32>,
 }
 
-/// Of some pictures, each relative to its mean: the errors without and with specular antialiasing.
+/// Errors of some pictures without and with specular antialiasing, each relative to the picture's mean.
 #[derive(Clone, Copy, Default)]
 struct Errors {
     root_mean_square: [f32; 2],
@@ -205,14 +205,15 @@ fn texels_per_pixel(distance: f32) -> f32 {
     2.0 * distance * 15f32.to_radians().tan() / SIDE as f32 * TEXELS_PER_METRE
 }
 
-/// How many times as large the reference is: eight, or where its pixels would still cover several texels, more.
+/// Enlargement of the reference: 8, or more if its pixels would still cover several texels.
 fn enlargement(distance: f32, slant: f32) -> u32 {
     if texels_per_pixel(distance) / slant.to_radians().cos() / 8.0 < 1.5 { 8 } else { 32 }
 }
 
 const DISTANCES: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// Of a ground under each lighting model, over all distances, slants and glosses. `most`: of the error without.
+/// Measures a ground under each lighting model, over all distances, slants and glosses. `most`: error allowed, as a
+/// share of that without.
 fn measure(what: &str, bumps: &Image, most: f32) {
     for (name, shading, glosses) in MODELS {
         let Some(mut scene) = Scene::ground(bumps.clone(), glossy(shading, 1.0)) else { return };

@@ -275,7 +275,7 @@ fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
     app.shows("the scene's camera again", &plain);
 }
 
-/// Where the scene's first camera shows a point.
+/// Pixel of a point, world space, in the scene's first camera.
 fn pixel_of(point: Vec3) -> Vec2 {
     let camera = Transform::from_xyz(0.0, 3.0, 6.0).looking_at(Vec3::Y, Vec3::Y);
     let view = View::new(&camera.compute_affine(), &Camera::default(), SIZE.0, SIZE.1);
@@ -283,7 +283,7 @@ fn pixel_of(point: Vec3) -> Vec2 {
     (clip.truncate().truncate() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(SIZE.0 as f32, SIZE.1 as f32)
 }
 
-/// How much of the line between two pixels has a colour that passes, itself or a neighbour.
+/// Share of the line between two pixels that has, itself or beside it, a colour that passes.
 fn share_along(picture: &RgbImage, from: Vec2, to: Vec2, passes: impl Fn(&Rgb<u8>) -> bool) -> f32 {
     let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
     let is_there = |i: &i32| {

@@ -46,7 +46,7 @@ fn seen_by_front(place: &Place, step: u64) -> RgbImage {
     image::open(path).expect("a picture").into_rgb8()
 }
 
-/// Where a picture is within another.
+/// Top left of a picture within another; `None` if it is not there.
 fn found(picture: &RgbImage, within: &RgbImage) -> Option<(u32, u32)> {
     let (width, height) = picture.dimensions();
     let (across, down) = (within.width().checked_sub(width)?, within.height().checked_sub(height)?);

@@ -90,7 +90,7 @@ fn a_level_is_no_further_from_the_mesh_than_its_error() {
     }
 }
 
-/// How many more triangles go along an edge one way than the other, by place; without those that are even.
+/// Counts triangles along each edge, by its positions: +1 one way, −1 the other. Edges at 0 are removed.
 fn add_edges(edges: &mut HashMap<[[u32; 3]; 2], i32>, mesh: &Mesh, triangles: &[[u32; 3]]) {
     let place = |index: u32| (mesh.positions[index as usize] + 0.0).to_array().map(f32::to_bits);
     for triangle in triangles {

@@ -1,4 +1,4 @@
-//! What is drawn: meshes as they are made, cut and simplified, and a library that changes.
+//! Assets: creation, cutting and simplification of meshes, and a library that changes.
 
 mod displace;
 mod levels;

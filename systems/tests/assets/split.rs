@@ -21,9 +21,8 @@ fn area<'m>(meshes: impl IntoIterator<Item = &'m Mesh>) -> f64 {
     meshes.into_iter().flat_map(triangles).map(doubled).sum::<f64>() * 0.5
 }
 
-/// How many more triangles go along an edge one way than the other, by the bits of its ends; edges that are even are
-/// left out. A closed surface has none, and a vertex on one side of an edge that the other side does not have would
-/// leave three.
+/// Triangles along each edge by the bits of its ends, +1 one way and −1 the other; edges at 0 are left out. A closed
+/// surface has none. A vertex on one side of an edge that the other side does not have would leave three.
 fn open_edges<'m>(meshes: impl IntoIterator<Item = &'m Mesh>) -> HashMap<[[u32; 3]; 2], i32> {
     let mut edges = HashMap::new();
     for triangle in meshes.into_iter().flat_map(triangles) {

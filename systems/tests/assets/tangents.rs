@@ -66,7 +66,7 @@ fn read_case(case: &Value) -> Truth {
     Truth { mesh, expected }
 }
 
-/// Whether the reference defines the corner's tangent: neither its positions nor its UVs leave it a line or a point.
+/// Tells if the reference defines the corner's tangent: neither positions nor UVs are degenerate.
 fn is_defined(mesh: &Mesh, corner: usize, expected: Vec4) -> bool {
     let vertices = [0, 1, 2].map(|i| mesh.indices[corner / 3 * 3 + i] as usize);
     let [a, b, c] = vertices.map(|v| mesh.positions[v]);

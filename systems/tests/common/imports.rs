@@ -50,7 +50,7 @@ impl Sources {
         Self::of(folder, texts)
     }
 
-    /// Of files by their paths, and their texts.
+    /// Sources from the texts of files, by their paths.
     pub fn of(folder: &'static str, texts: BTreeMap<String, String>) -> Self {
         let files: BTreeMap<_, _> = texts.into_iter().map(|(file, text)| (file, code(&text))).collect();
         let code: Vec<(String, String)> = files.iter().map(|(file, code)| (file.clone(), code.join("\n"))).collect();

@@ -1,4 +1,4 @@
-//! What a light entity is, and what a frame counts about the choice of lights.
+//! Light entities, and a frame's statistics of the choice of lights.
 
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};

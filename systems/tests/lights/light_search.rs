@@ -36,9 +36,9 @@ prop_compose! {
     }
 }
 
-/// What the residual counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
-/// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off, for which
-/// the angle, the way from the edge and the way to the end of the range are small differences of large numbers.
+/// Falloff in the residual, at the sphere's centre, and the error of single precision. The cut of a classic spot is a
+/// smooth step here, from the sphere outside of the cone to the sphere inside. The error is in the angle and in the
+/// distances to the edge and to the end of the range: small differences of large numbers.
 fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     let center = sphere.center.as_dvec3();
     let v = center - Vec3::from(light.position).as_dvec3();
@@ -75,7 +75,7 @@ fn step(x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// What a light gives at most, as if it were no nearer than half the object's radius.
+/// Score of a light that is no nearer than half the object's radius.
 fn at_half_radius(score: f32, light: &ScoredLight, sphere: Sphere) -> f64 {
     let half = 0.5 * f64::from(sphere.radius.max(0.0));
     let [constant, linear, quadratic, least] = light.denominator.to_array().map(f64::from);
@@ -169,8 +169,8 @@ proptest! {
         }
     }
 
-    /// As many lights as it takes, by the definition in double precision; what is left out is no more than the bound,
-    /// for what shaders get.
+    /// Sufficient lights by the definition in double precision; what is left out stays within the bound, for the values
+    /// that shaders get.
     #[test]
     fn no_object_leaves_out_more_than_its_tolerance(
         scene in any_scene(),
@@ -317,7 +317,7 @@ fn some_policies() -> impl Strategy<Value = Vec<LightPolicy>> {
     prop_oneof![prop::collection::vec(any_policy(), 1), prop::collection::vec(any_policy(), 2..40)]
 }
 
-/// Of so many objects; one alone is for all of them.
+/// Policies of that many objects, in turn; `Err` if one policy is for all of them.
 fn for_each(policies: &[LightPolicy], objects: usize) -> Result<Vec<LightPolicy>, LightPolicy> {
     match policies {
         [policy] => Err(*policy),
@@ -399,7 +399,7 @@ fn equal_lights_go_by_slot_and_all_into_the_remainder() {
     assert_eq!(none, Selection::default());
 }
 
-/// As if all of the object touched it, a lamp within the bounding sphere would count 10,000 times its intensity.
+/// A lamp within the bounding sphere would count 10,000 times its intensity if all of the object touched it.
 #[test]
 fn a_faint_lamp_within_the_bounding_sphere_leaves_no_other_out() {
     let at = |light: Light, place: Vec3| light_record(&light, &placed(place, Vec3::NEG_Z));

@@ -39,8 +39,7 @@ const HEIGHT: f32 = 3.0;
 #[derive(Clone, Debug)]
 struct Plan {
     rooms: [usize; 2],
-    /// Of each wall between rooms and to outside, in the order of [`Plan::cells`]: where its opening is, and how far it
-    /// is open.
+    /// Openings of the walls in the order of [`Plan::cells`], repeated: place along the wall and openness, both 0..1.
     openings: Vec<Option<(f32, f32)>>,
 }
 
@@ -94,7 +93,7 @@ fn any_plan() -> impl Strategy<Value = Plan> {
     ([1usize..5, 1usize..4], openings).prop_map(|(rooms, openings)| Plan { rooms, openings })
 }
 
-/// Whether a straight line from a point reaches another, through open portals.
+/// Tests the line of sight between two points: through open portals only.
 fn is_seen(cells: &Cells, open: &[f32], from: Vec3, to: Vec3) -> bool {
     let (way, mut t, mut cell) = (to - from, 0.0f32, cells.at(from));
     for _ in 0..100 {
@@ -138,7 +137,7 @@ fn is_seen(cells: &Cells, open: &[f32], from: Vec3, to: Vec3) -> bool {
 proptest! {
     #![proptest_config(cases(500))]
 
-    /// What a straight line joins is never left out; only what is tiny, or nearly shut, is dimmed.
+    /// Lights in the line of sight are never left out; only what is tiny, or nearly shut, is dimmed.
     #[test]
     fn no_light_that_an_object_sees_is_left_out(
         plan in any_plan(),
@@ -264,7 +263,7 @@ fn floods_end() {
     assert!(flood.windows.iter().all(|window| window.cell == 1 || window.share < 1e-3), "{flood:?}");
 }
 
-/// What happens to a building between two frames.
+/// Change of a building between two frames.
 #[derive(Clone, Debug)]
 enum Event {
     Nothing,
@@ -385,7 +384,7 @@ impl Building {
         }
     }
 
-    /// What every object gets of each light, straight from the definition.
+    /// Share of each light for every object, straight from the definition.
     fn gets(&mut self) -> Vec<Gets> {
         let world = &mut self.simulation.world;
         let mut objects = world.query::<(Entity, &MeshId, &GlobalTransform)>();
@@ -414,7 +413,7 @@ impl Building {
         objects.iter(world).map(of_object).collect()
     }
 
-    /// What every object has, and what it would have by the plain search.
+    /// Compares the selection of every object with that of the plain search.
     fn compare(&mut self, gets: &[Gets]) {
         let world = &mut self.simulation.world;
         let policy = world.resource::<LightPolicies>().objects;

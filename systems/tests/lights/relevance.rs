@@ -1,4 +1,4 @@
-//! What the score and the irradiance of a light promise.
+//! Guarantees of the score and the irradiance of a light.
 
 use crate::common::{
     LUMINANCE, any_direction, any_light, any_odd_light, any_place, cases, placed, spot_error, true_falloff,
@@ -54,7 +54,7 @@ proptest! {
         prop_assert!((single - exact).abs() <= slack * luminance, "{single} {exact}");
     }
 
-    /// Where a hair decides between light and none: at the edge of a hard cone, far from the origin.
+    /// Points at the edge of a hard cone, far from the origin: rounding decides between light and none.
     #[test]
     fn rounding_takes_nothing_from_the_bound(
         (place, direction) in (any_place(3e4), any_direction()),

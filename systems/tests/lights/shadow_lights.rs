@@ -1,4 +1,4 @@
-//! Which lights have a shadow map: the list of those that may, their importance, and the best of them.
+//! Selection of the lights with a shadow map: candidates, their importance, and the best of them.
 
 use crate::common::{self, any_direction, any_light, any_odd_light, any_place, cases, placed};
 use bevy_ecs::prelude::*;

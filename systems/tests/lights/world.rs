@@ -68,7 +68,7 @@ fn ball(world: &mut World) -> MeshId {
     found.unwrap_or_else(|| library.add_mesh(Mesh { positions: vec![Vec3::X, Vec3::NEG_X], ..Mesh::default() }))
 }
 
-/// What takes that place.
+/// Transform of a ball to that centre and radius, metres.
 fn filling(center: Vec3, radius: f32) -> Transform {
     Transform::from_translation(center).with_scale(Vec3::splat(radius))
 }
@@ -215,7 +215,7 @@ fn a_light_shines_along_the_minus_z_of_its_parent_chain() {
     assert!(Vec3::from(record.direction).distance(Vec3::NEG_X) < 1e-6);
 }
 
-/// What happens to a world between two frames.
+/// Change of a world between two frames.
 #[derive(Clone, Debug)]
 enum Event {
     MoveObject(Index, Vec3),
@@ -305,7 +305,7 @@ impl Living {
         }
     }
 
-    /// What every drawn object has, and what it would have if all were searched, the plain way.
+    /// Compares the selection of every drawn object with a plain search of all lights.
     fn compare(&mut self) {
         let world = &mut self.simulation.world;
         let policies = *world.resource::<LightPolicies>();
@@ -346,7 +346,7 @@ proptest! {
     }
 }
 
-/// As far as the objects and lights of [`what_is_kept_among_many_equals_a_full_search`] are.
+/// Half extents of the world of [`what_is_kept_among_many_equals_a_full_search`], metres.
 const WIDE: Vec3 = Vec3::new(300.0, 20.0, 300.0);
 
 proptest! {
@@ -395,7 +395,7 @@ fn what_is_kept_by_several_tasks_equals_a_full_search() {
     }
 }
 
-/// What moves for so long that it is given places of its own, among objects that come and go.
+/// Objects that move for so long that they get places of their own; others come and go.
 #[test]
 fn what_is_kept_of_what_moves_for_long_equals_a_full_search() {
     let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };

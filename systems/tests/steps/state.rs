@@ -101,7 +101,7 @@ fn held(is_held: bool) -> SetSignal {
     SetSignal { signal: "crossing".into(), shows: is_held.then(|| vec![Aspect::Red, Aspect::Green]) }
 }
 
-/// What somebody does at a step of a run.
+/// Inputs at a step of a run.
 fn inputs_at(step: u64) -> Vec<SavedInput> {
     let id = |n: u64| StateId((n % 120) as u32);
     let mut inputs = Vec::new();

@@ -60,7 +60,7 @@ fn fixture() -> Fixture {
     Fixture { simulation, kind, plain, paints: [red, blue], dark, lit }
 }
 
-/// What a step and a frame do after vehicles were moved; what moves them would change what the test says.
+/// Runs the systems that follow moved vehicles in a step and a frame; those that move vehicles would alter the test.
 fn parts_follow(simulation: &mut Simulation) {
     let world = &mut simulation.world;
     world.run_system_cached(parts::move_parts).expect("runs");

@@ -43,7 +43,7 @@ fn want(simulation: &mut Simulation, vehicle: Entity, acceleration: f32, steerin
     simulation.world.entity_mut(vehicle).insert((Wish(wanted), controls));
 }
 
-/// What [`obey`] copies over what the pedals said.
+/// Value that [`obey`] writes over the [`Wanted`] of the pedals.
 #[derive(Component, Clone, Copy)]
 struct Wish(Wanted);
 

@@ -1,4 +1,4 @@
-//! What drivers and signals keep to, against what the rules say.
+//! Behaviour of drivers and signals, against the rules.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;

@@ -135,7 +135,7 @@ fn ring(radius: f32, lanes: u8) -> RoutePlan {
     RoutePlan { points: points.collect(), spline: true, closed: true, lanes, ..RoutePlan::default() }
 }
 
-/// What to fill routes with: kinds in turn, gaps that vary.
+/// Distribution of vehicles on routes: random kinds and gaps.
 #[derive(Clone, Debug)]
 struct Filling {
     seed: u64,

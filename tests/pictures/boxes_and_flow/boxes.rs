@@ -112,8 +112,7 @@ fn a_camera_has_no_box_of_what_it_is_on_and_boxes_through_its_plane_are_cut() {
     assert!(found.truncated.expect("known") > 0.9 && found.corners_uv.iter().any(Option::is_none));
 }
 
-/// Of random things, in parts and blended, the pixels that are seen are counted against those of a capture without
-/// anything else.
+/// Compares the visible pixels of random things, in parts and blended, with a capture of each thing alone.
 #[test]
 fn how_much_is_seen_is_what_is_left_of_the_thing_alone() {
     let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);

@@ -19,7 +19,7 @@ fn backdrop(studio: &mut Studio, distance: f32) -> Entity {
     studio.simulation.world.spawn((plane, studio.material, at)).id()
 }
 
-/// Of each pixel with its flow and flags.
+/// Pixels with their flow and flags.
 fn pixels(flow: &Flow) -> impl Iterator<Item = (DVec2, DVec2, u8)> + '_ {
     let place = |i: usize| DVec2::new((i % SIZE.0 as usize) as f64, (i / SIZE.0 as usize) as f64);
     let all = flow.pixels.iter().zip(&flow.flags).enumerate();

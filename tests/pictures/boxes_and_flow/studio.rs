@@ -74,14 +74,14 @@ impl Studio {
         self.simulation.world.get_mut::<Transform>(entity).expect("lives")
     }
 
-    /// Of the state at hand.
+    /// Captures the state at hand.
     pub fn capture(&mut self) -> CameraCapture {
         register_all(&mut self.simulation.world);
         let capture = self.suite.capture(&mut self.simulation).expect("captured");
         capture["eye"].camera().expect("a camera").clone()
     }
 
-    /// Of the state after another step.
+    /// Captures the state after another step.
     pub fn next(&mut self) -> CameraCapture {
         self.simulation.step();
         self.capture()

@@ -1,4 +1,4 @@
-//! Which way lamps shine.
+//! Directions of lamps.
 
 use super::*;
 

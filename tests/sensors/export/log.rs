@@ -34,7 +34,7 @@ struct Logged<'a> {
     expected: Vec<Value>,
     files: &'a mut Files,
     seen: &'a Seen,
-    /// Which of the captures this is, and its time in nanoseconds.
+    /// Number of this capture, from 0, and its time in nanoseconds.
     count: usize,
     time: u64,
 }

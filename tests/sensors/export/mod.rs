@@ -29,7 +29,7 @@ fn list<T>(count: usize, value: impl Fn(usize) -> T) -> Vec<T> {
     (0..count).map(value).collect()
 }
 
-/// What a camera and a lidar might have seen.
+/// Invented data of a camera and a lidar.
 struct Seen {
     color: Vec<u8>,
     linear: Vec<f16>,

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use systems::assets::{Material, Mesh};
 use systems::space::Transform;
 
-/// Of a world: corners in world space, whether both sides are met, whose they are.
+/// Triangle of a world: corners in world space, whether both sides are met, and its entity.
 struct Placed {
     corners: [DVec3; 3],
     double_sided: bool,
@@ -49,7 +49,7 @@ fn point(size: f32) -> impl Strategy<Value = Vec3> {
     [-1.0f32..1.0, -1.0..1.0, -1.0..1.0].prop_map(move |p| Vec3::from_array(p) * size)
 }
 
-/// Of an object: its triangles, where it is, and whether it has two sides. Some are mirrored, and of uneven scale.
+/// Strategy for objects: triangles, transform, and whether both sides are met. Some are mirrored, and of uneven scale.
 fn object() -> impl Strategy<Value = (Vec<[Vec3; 3]>, Transform, bool)> {
     let triangle = (point(10.0), point(2.0), point(2.0)).prop_map(|(a, b, c)| [a, a + b, a + c]);
     let scale = [0.2f32..3.0, 0.2..3.0, 0.2..3.0];

@@ -1,4 +1,4 @@
-//! What rays ask of materials: sides, masks, colours.
+//! Properties of materials that rays meet: sides, masks, colours.
 
 use super::{Scene, at, lidar};
 use glam::{DVec3, Quat, UVec2, Vec2, Vec3, Vec4};

@@ -44,7 +44,7 @@ impl Scene {
         self.simulation.world.spawn((mesh, material, place)).id()
     }
 
-    /// What is drawn.
+    /// Runs a frame and builds its ray scene.
     fn rays(&mut self) -> RayScene {
         self.simulation.frame();
         let mut rays = RayScene::default();

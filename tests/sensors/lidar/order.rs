@@ -1,4 +1,4 @@
-//! What is met is a function of the state: not of the trees, nor of where searches begin.
+//! Hits of rays are a function of the state: not of the trees, nor of where searches begin.
 
 use super::{Random, Scene, at, lidar};
 use bevy_ecs::prelude::*;

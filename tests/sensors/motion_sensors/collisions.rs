@@ -1,4 +1,4 @@
-//! What collision sensors say of boxes and meshes whose places are known.
+//! Collision sensors, with boxes and meshes whose places are known.
 
 use super::{CAR, capture, mount};
 use crate::common;

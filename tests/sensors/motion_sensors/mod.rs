@@ -59,7 +59,7 @@ impl Circle {
         Self { simulation, car, radius, rate }
     }
 
-    /// Where it is, and its yaw.
+    /// Place, metres, and yaw, radians, at a step.
     fn at(&self, step: u64) -> (DVec3, f64) {
         let yaw = self.rate * step as f64 * STEP;
         let (sin, cos) = yaw.sin_cos();
