@@ -97,10 +97,7 @@ pub enum FrameError {
         outputs: String,
     },
     /// A format that the program was built without.
-    #[error(
-        "format {format}: not built in, as this program was built without the feature \"{format}\"; \
-         cargo build --release builds all of it"
-    )]
+    #[error("format {format}: not built in, as this program was built without the feature \"{format}\"")]
     NotBuiltIn {
         /// Its name, which is that of the feature.
         format: &'static str,

@@ -1,5 +1,5 @@
 //! The program without a window: what it says, recordings, shards, films and lost devices; the examples; and which
-//! imports its source may have.
+//! imports its source may have, and with which words its comments begin.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -10,3 +10,4 @@ mod lost_device;
 mod program;
 mod recording;
 mod shards;
+mod words;
