@@ -205,7 +205,7 @@ impl Open {
         match event {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::Focused(false) => {
-                self.pointer.release();
+                self.pointer.release_all();
                 self.viewer.wheel = Wheel::default();
             }
             WindowEvent::CursorLeft { .. } if self.pointer.drag.is_none() => self.pointer.at = None,

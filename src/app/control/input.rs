@@ -204,7 +204,7 @@ impl Pointer {
     }
 
     /// Forgets the drag and the keys: the window lost the focus.
-    pub fn release(&mut self) {
+    pub fn release_all(&mut self) {
         self.drag = None;
         self.flying = Default::default();
     }
