@@ -4,8 +4,8 @@
 //! errors    exceptions
 //! given     arguments of calls, and errors that name them; values: numbers, places; fields: those that are named as in
 //!           scene files; light: what a light shines like
-//! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device of
-//!           the process; watch: captures that were left out
+//! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
+//!           of the process; watch: captures that were left out
 //! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
 //! entities  entity: what is in a world; vehicle, light, portal, sensor; mounting: sensors by their keywords; mounted:
 //!           entities on others

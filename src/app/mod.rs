@@ -3,8 +3,8 @@
 //! ```text
 //! options, error   what a window is opened with; reasons for none
 //! timing    how long frames take
-//! screen/   the window's textures (surface), egui on winit and wgpu (gui); graphics: the device and what draws with it,
-//!           opened anew where it is lost
+//! screen/   the window's textures (surface), egui on winit and wgpu (gui); graphics: the device and what draws with
+//!           it, opened anew where it is lost
 //! control/  input: keys and pointer become commands and gestures; the table of keys
 //!           camera: the free camera: orbit, pan, zoom, look, fly
 //!           driving: keys become a vehicle's controls; picking: what is under the pointer

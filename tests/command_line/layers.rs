@@ -1,5 +1,5 @@
-//! Imports in `src/` and `python/src/`, read from the text: few files use each other in a circle, no folders do, and the
-//! library knows no command line.
+//! Imports in `src/` and `python/src/`, read from the text: few files use each other in a circle, no folders do, and
+//! the library knows no command line.
 
 #[path = "../../systems/tests/common/imports.rs"]
 mod imports;

@@ -79,8 +79,8 @@ impl LayerLight {
         }
     }
 
-    /// Measures for a caster's level of detail: metres to its nearest point, and texels that a metre covers at a distance
-    /// of one.
+    /// Measures for a caster's level of detail: metres to its nearest point, and texels that a metre covers at a
+    /// distance of one.
     pub fn detail(&self, face: &Face, sphere: Sphere) -> (f32, f32) {
         match self {
             Self::Lamp(lamp) => lamp.detail(face, sphere),

@@ -1,5 +1,5 @@
-//! Traffic: what each vehicle minds of the others on its routes, and how fast that lets it be. Uses routes, signals, types
-//! and steering.
+//! Traffic: what each vehicle minds of the others on its routes, and how fast that lets it be. Uses routes, signals,
+//! types and steering.
 
 pub(crate) mod crossings;
 pub mod following;
