@@ -11,7 +11,7 @@
 //! Each folder is a layer that uses those before it, and none after:
 //!
 //! ```text
-//! ecs ← space ← assets ← cells ← lights ← draw ← sensors ← vehicles, physics ← run
+//! ecs, describe ← space ← assets ← cells ← lights ← draw ← sensors ← vehicles, physics ← run
 //! ```
 //!
 //! Within the crate a `use` names the file that has an item, `crate::lights::table::LightTable`; what a folder's
@@ -19,6 +19,7 @@
 
 pub mod assets;
 pub mod cells;
+pub mod describe;
 pub mod draw;
 pub mod ecs;
 pub mod install;

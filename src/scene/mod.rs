@@ -18,6 +18,8 @@
 
 mod check;
 #[cfg(all(test, feature = "physics"))]
+mod docs_tables_test;
+#[cfg(test)]
 mod docs_test;
 mod error;
 mod format;

@@ -1,11 +1,11 @@
 //! In place of `vehicle_types` in a build without vehicles: there are none.
 
 use super::format::scene::Scene;
-use super::text::faults::Fault;
 use crate::problem::Problem;
 use bevy_ecs::prelude::*;
 use std::path::{Path, PathBuf};
 use systems::assets::Library;
+use systems::describe::Fault;
 
 /// None.
 #[derive(Default)]

@@ -12,6 +12,7 @@
 pub(crate) mod alpha;
 pub mod blocks;
 pub mod color;
+pub mod color_text;
 pub mod displace;
 pub(crate) mod image;
 pub mod levels;

@@ -1,15 +1,18 @@
 //! Portals that open and shut, and what moves them.
 
+use crate::describe::Described;
 use crate::ecs::clock::Clock;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Opening of a portal, from shut to open. State. Its place is in [`Cells`](super::cells::Cells).
-#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Portal {
     /// 0: shut, no light comes through. 1: open. From a half on, all the light comes through.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub open: f32,
 }
 
@@ -19,12 +22,7 @@ impl Default for Portal {
     }
 }
 
-impl Portal {
-    /// Tells if its opening is within 0 to 1.
-    pub(crate) fn is_sound(&self) -> bool {
-        (0.0..=1.0).contains(&self.open)
-    }
-}
+impl Described for Portal {}
 
 /// Leaf that moves with a portal, and the portal's own motion. State.
 #[derive(Component, Clone, PartialEq, Debug, Default, Serialize, Deserialize)]

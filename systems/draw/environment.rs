@@ -2,6 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Light and look that belong to the whole scene.
 #[derive(Resource, Clone, PartialEq, Debug)]
@@ -34,7 +36,8 @@ impl Default for Environment {
 }
 
 /// The curve from linear HDR to 0..1, before sRGB encoding.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ToneMap {
     /// Cut at 1: what programs of the fixed-function era did.
     Clamp,

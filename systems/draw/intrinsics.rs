@@ -1,6 +1,7 @@
 //! The intrinsic parameters of a pinhole camera, in pixels.
 
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec4};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Focal lengths and principal point of a pinhole camera, in pixels of a picture of some size.
@@ -8,19 +9,27 @@ use serde::{Deserialize, Serialize};
 /// Pixel (u, v) has its centre at integers, u to the right and v down: a picture of width W and height H covers
 /// [−½, W − ½] × [−½, H − ½] (OpenCV, "Camera Calibration and 3D Reconstruction"). A point (x, y, z) in camera axes, X
 /// right, Y down, Z forward, is at u = fx·x/z + cx, v = fy·y/z + cy.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Intrinsics {
-    /// Horizontal focal length, pixels.
+    /// Horizontal focal length.
+    #[schemars(range(min = 1e-3, max = Self::MOST_PIXELS), extend("unit" = "px"))]
     pub fx: f64,
-    /// Vertical focal length, pixels.
+    /// Vertical focal length.
+    #[schemars(range(min = 1e-3, max = Self::MOST_PIXELS), extend("unit" = "px"))]
     pub fy: f64,
-    /// Horizontal position of the principal point, pixels.
+    /// Horizontal position of the principal point, from the centre of the first pixel.
+    #[schemars(range(min = -Self::MOST_PIXELS, max = Self::MOST_PIXELS), extend("unit" = "px"))]
     pub cx: f64,
-    /// Vertical position of the principal point, pixels.
+    /// Vertical position of the principal point.
+    #[schemars(range(min = -Self::MOST_PIXELS, max = Self::MOST_PIXELS), extend("unit" = "px"))]
     pub cy: f64,
 }
 
 impl Intrinsics {
+    /// Largest focal length, and farthest principal point: a hundred times the largest picture's side.
+    pub const MOST_PIXELS: f64 = 1_638_400.0;
+
     /// Makes intrinsics of square pixels and a principal point in the middle. f = H / (2 tan(fov_y / 2)), cx = (W −
     /// 1)/2; `fov_y`: vertical field of view, radians.
     pub fn from_fov_y(fov_y: f64, width: u32, height: u32) -> Self {

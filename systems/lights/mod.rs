@@ -16,6 +16,7 @@
 pub mod brute_force;
 pub(crate) mod components;
 pub(crate) mod curve;
+pub(crate) mod description;
 pub(crate) mod enough;
 pub(crate) mod floods;
 pub(crate) mod importance;
@@ -34,6 +35,7 @@ pub(crate) mod tree;
 
 pub use components::{Light, LightKind, NoShadow};
 pub use curve::along_the_curve;
+pub use description::{Attenuation, LightDescription, LightFields};
 pub use floods::{LightFloods, update_floods};
 pub use importance::{DARK, Ranked, ShadowLight, ShadowLights, ShadowView, fade, rank, rank_suns};
 pub use lists::{LightListPage, LightLists, ListedLights};

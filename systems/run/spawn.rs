@@ -127,12 +127,12 @@ impl Spawn {
     /// Tells if its numbers are finite and in range.
     pub(crate) fn is_sound(&self) -> bool {
         match self {
-            Self::Light { transform, light, .. } => transform.is_sound() && light.is_sound(),
+            Self::Light { transform, light, .. } => transform.is_sound() && light.validate().is_ok(),
             #[cfg(feature = "vehicles")]
             Self::Vehicle { transform, controls, .. } => transform.is_sound() && controls.is_sound(),
             #[cfg(feature = "vehicles")]
             Self::Driver { on, speed, .. } => on.is_sound() && (0.0..=FASTEST).contains(speed),
-            Self::Sensor { transform, sensor, .. } => transform.is_sound() && sensor.check().is_ok(),
+            Self::Sensor { transform, sensor, .. } => transform.is_sound() && sensor.faults().is_empty(),
             Self::Copy { transform, .. } => transform.is_sound(),
         }
     }

@@ -8,6 +8,7 @@ use super::spawn::Spawn;
 use super::vehicle_inputs;
 use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::cells::doors::{Door, Portal};
+use crate::describe::check;
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
 use crate::space::interpolation::Interpolated;
@@ -59,7 +60,7 @@ impl Input for EditLight {
     }
 
     fn is_sound(&self) -> bool {
-        self.light.is_sound()
+        self.light.validate().is_ok()
     }
 }
 
@@ -92,7 +93,7 @@ impl Input for SetPortal {
     }
 
     fn is_sound(&self) -> bool {
-        Portal { open: self.open }.is_sound()
+        check(&Portal { open: self.open }).is_ok()
     }
 }
 

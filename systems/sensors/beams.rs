@@ -6,27 +6,32 @@
 //!
 //! Tables have the nominal angles of manuals. Real sensors are calibrated one by one: give theirs as [`Beams::List`].
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One beam of a column.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Beam {
-    /// Above the horizontal plane, degrees, −90 to 90.
+    /// Angle above the horizontal plane.
+    #[schemars(range(min = -90.0, max = 90.0), extend("unit" = "°"))]
     pub elevation_degrees: f32,
-    /// From the column's direction, the way that the columns turn, degrees.
+    /// From the column's direction, the way that the columns turn.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0), extend("unit" = "°"))]
     pub azimuth_degrees: f32,
-    /// Height of its beginning above the sensor's origin, metres.
+    /// Height of its beginning above the sensor's origin.
     #[serde(default)]
+    #[schemars(range(min = -10.0, max = 10.0), extend("unit" = "m"))]
     pub height: f32,
-    /// After the column's first beam, seconds.
+    /// Time after the column's first beam.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "s"))]
     pub delay: f32,
 }
 
 /// The beams of a lidar.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Beams {
     /// Velodyne VLP-16: −15° to 15° in steps of 2°, with vertical positions and firing times ("VLP-16 User Manual",
@@ -48,14 +53,17 @@ pub enum Beams {
     /// A solid-state lidar, which does not turn. A revolution is one pass over its field of view.
     Grid {
         /// Beams one above the other.
+        #[schemars(range(min = 1))]
         rows: u16,
-        /// Field of view across all columns, degrees, up to 360.
+        /// Field of view across all columns.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 360, "unit" = "°"))]
         horizontal_degrees: f32,
-        /// Field of view across all rows, degrees, up to 180.
+        /// Field of view across all rows.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 180, "unit" = "°"))]
         vertical_degrees: f32,
     },
     /// Any others, in the order of their rings.
-    List(Vec<Beam>),
+    List(#[schemars(length(min = 1, max = u16::MAX))] Vec<Beam>),
 }
 
 impl Beams {
@@ -95,44 +103,6 @@ impl Beams {
             _ => column / columns * 360.0,
         }
     }
-
-    /// Says what is wrong with them.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        match self {
-            Self::Grid { rows, horizontal_degrees, vertical_degrees } => {
-                positive("rows", f32::from(*rows), f32::from(u16::MAX))?;
-                positive("horizontal_degrees", *horizontal_degrees, 360.0)?;
-                positive("vertical_degrees", *vertical_degrees, 180.0)
-            }
-            Self::List(beams) if beams.is_empty() || beams.len() > usize::from(u16::MAX) => {
-                Err(format!("list: expected 1 to {} beams, found {}", u16::MAX, beams.len()))
-            }
-            Self::List(beams) => beams.iter().enumerate().try_for_each(|(i, beam)| {
-                let Beam { elevation_degrees, azimuth_degrees, height, delay } = *beam;
-                let named = |error| format!("list[{i}].{error}");
-                within("elevation_degrees", elevation_degrees, -90.0, 90.0).map_err(named)?;
-                within("azimuth_degrees", azimuth_degrees, -360.0, 360.0).map_err(named)?;
-                within("height", height, -10.0, 10.0).map_err(named)?;
-                within("delay", delay, 0.0, 10.0).map_err(named)
-            }),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Refuses what is not in a range.
-pub(super) fn within(field: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
-    let is_within = (least..=most).contains(&value);
-    if is_within { Ok(()) } else { Err(format!("{field}: expected {least} to {most}, found {value}")) }
-}
-
-/// Refuses what is not above 0, and what is too large.
-pub(super) fn positive(field: &str, value: f32, most: f32) -> Result<(), String> {
-    let is_positive = value > 0.0 && value <= most;
-    if is_positive { Ok(()) } else { Err(format!("{field}: expected above 0 to {most}, found {value}")) }
 }
 
 /// Vertical corrections of the VLP-16's rings from −15° to −1°, millimetres; those above are their negatives in reverse.
@@ -186,6 +156,8 @@ fn os1(ring: u8, rings: u8) -> Beam {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::describe::check;
+    use crate::sensors::lidar::LidarSensor;
 
     fn degrees(beams: &Beams) -> Vec<f32> {
         beams.rings().iter().map(|beam| beam.elevation_degrees).collect()
@@ -201,7 +173,7 @@ mod tests {
             assert!(degrees.is_sorted_by(|a, b| a < b), "{name}: {degrees:?}");
             // Manuals give two decimals.
             assert!((degrees[0] - lowest).abs() < 5e-3 && (degrees[count - 1] - highest).abs() < 5e-3, "{name}");
-            assert_eq!(beams.check(), Ok(()));
+            assert_eq!(check(&LidarSensor { beams, ..LidarSensor::default() }), Ok(()));
         }
     }
 
@@ -232,15 +204,19 @@ mod tests {
     fn what_is_wrong_is_named() {
         let steep = Beam { elevation_degrees: 91.0, ..Beam::default() };
         let cases = [
-            (Beams::List(vec![]), "list: expected 1 to 65535 beams, found 0"),
-            (Beams::List(vec![Beam::default(), steep]), "list[1].elevation_degrees: expected -90 to 90, found 91"),
+            (Beams::List(vec![]), "beams: expected from 1 to 65535 items, found 0"),
+            (
+                Beams::List(vec![Beam::default(), steep]),
+                "beams[1].elevation_degrees: expected a number from -90 to 90, found 91",
+            ),
             (
                 Beams::Grid { rows: 1, horizontal_degrees: f32::NAN, vertical_degrees: 1.0 },
-                "horizontal_degrees: expected above 0 to 360, found NaN",
+                "beams.horizontal_degrees: expected a number above 0, at most 360, found NaN",
             ),
         ];
         for (beams, expected) in cases {
-            assert_eq!(beams.check(), Err(expected.to_owned()));
+            let fault = check(&LidarSensor { beams, ..LidarSensor::default() }).expect_err("a fault");
+            assert_eq!(fault.to_string(), expected);
         }
     }
 }

@@ -4,15 +4,17 @@
 //! their faces and across pairs of their edges (Gottschalk, Lin, Manocha: "OBBTree: A Hierarchical Structure for Rapid
 //! Interference Detection", SIGGRAPH 1996). The axis along which they overlap least says how deep, and the way out.
 
-use super::beams::within;
+use crate::describe::Described;
 use glam::{DAffine3, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A sensor that says what the thing that it is mounted on touches.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CollisionSensor {
-    /// Metres: what is as near as this counts as touched. Physical bodies are kept apart and hardly ever overlap.
+    /// Distance within which something counts as touched. Physical bodies are kept apart and hardly ever overlap.
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m"))]
     pub margin: f32,
 }
 
@@ -22,15 +24,7 @@ impl Default for CollisionSensor {
     }
 }
 
-impl CollisionSensor {
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        within("margin", self.margin, 0.0, 10.0)
-    }
-}
+impl Described for CollisionSensor {}
 
 /// Contact with the thing that a sensor is mounted on.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -122,6 +116,7 @@ impl Convex {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::describe::check;
     use glam::DQuat;
     use proptest::prelude::*;
     use std::f64::consts::FRAC_PI_4;
@@ -194,6 +189,7 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let sensor = CollisionSensor { margin: f32::NAN };
-        assert_eq!(sensor.check(), Err("margin: expected 0 to 10, found NaN".to_owned()));
+        let fault = check(&sensor).expect_err("out of range");
+        assert_eq!(fault.to_string(), "margin: expected a number from 0 to 10, found NaN");
     }
 }

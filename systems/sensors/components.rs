@@ -6,11 +6,14 @@ use super::gnss::GnssSensor;
 use super::imu::ImuSensor;
 use super::lane::LaneSensor;
 use super::lidar::LidarSensor;
+use crate::describe::{Described, Fault, Trail, faults, infinite};
 use crate::draw::camera::{Camera, Projection};
 use crate::draw::intrinsics::Intrinsics;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
 /// Makes an entity a sensor. Its place is the entity's; what it is mounted on is above it.
 ///
@@ -36,7 +39,8 @@ pub struct Sensor {
 }
 
 /// Kinds of sensors.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SensorKind {
     /// Pictures, and what is known of each pixel.
     Camera(CameraSensor),
@@ -50,6 +54,45 @@ pub enum SensorKind {
     Collision(CollisionSensor),
     /// Place in a lane.
     Lane(LaneSensor),
+}
+
+/// Steps after which a sensor is due.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Rate {
+    /// Steps of the clock from one capture to the next.
+    #[schemars(range(min = 1, max = Sensor::SLOWEST), extend("unit" = "steps"))]
+    pub every: u32,
+    /// Remainder of the steps' number by `every` at which it is due; less than that.
+    #[schemars(extend("unit" = "steps"))]
+    pub phase: u32,
+}
+
+impl Default for Rate {
+    fn default() -> Self {
+        Self { every: 1, phase: 0 }
+    }
+}
+
+impl Described for Rate {
+    fn check_whole(&self) -> Result<(), Fault> {
+        let Self { every, phase } = self;
+        if phase < every {
+            return Ok(());
+        }
+        let expected = format!("expected less than every, which is {every}, found {phase}");
+        Err(Trail::default().field("phase").fault(expected))
+    }
+}
+
+impl Described for SensorKind {
+    fn check_whole(&self) -> Result<(), Fault> {
+        match self {
+            Self::Camera(camera) => camera.check_whole(),
+            Self::Lidar(lidar) => lidar.check_whole(),
+            Self::Imu(_) | Self::Gnss(_) | Self::Collision(_) | Self::Lane(_) => Ok(()),
+        }
+    }
 }
 
 impl Sensor {
@@ -77,26 +120,20 @@ impl Sensor {
         Self { every: steps.max(1), ..self }
     }
 
-    /// Checks that something can be measured by it: its rate, and the settings of its kind.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
+    /// The same sensor as worlds have it: see [`CameraSensor::resolved`].
+    #[must_use]
+    pub fn resolved(self) -> Self {
+        match self.kind {
+            SensorKind::Camera(camera) => Self { kind: SensorKind::Camera(camera.resolved()), ..self },
+            _ => self,
+        }
+    }
+
+    /// Faults of its rate, and of the settings of its kind. Something can be measured by it where there are none.
+    pub fn faults(&self) -> Vec<Fault> {
         let Self { kind, every, phase } = self;
-        if !(1..=Self::SLOWEST).contains(every) {
-            return Err(format!("every: expected steps from 1 to {}, found {every}", Self::SLOWEST));
-        }
-        if phase >= every {
-            return Err(format!("phase: expected less than every, which is {every}, found {phase}"));
-        }
-        match kind {
-            SensorKind::Camera(camera) => camera.check(),
-            SensorKind::Lidar(lidar) => lidar.check(),
-            SensorKind::Imu(imu) => imu.check(),
-            SensorKind::Gnss(gnss) => gnss.check(),
-            SensorKind::Collision(collision) => collision.check(),
-            SensorKind::Lane(lane) => lane.check(),
-        }
+        let rate = Rate { every: *every, phase: *phase };
+        faults(&rate).into_iter().chain(faults(kind)).collect()
     }
 
     /// Tells if it is due after a step, counted from 0, the state that a run begins with.
@@ -106,23 +143,34 @@ impl Sensor {
 }
 
 /// A camera as a sensor: it looks along its entity's −Z, with +Y up.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct CameraSensor {
-    /// Width and height of its pictures, pixels.
+    /// Width and height of its pictures.
+    #[schemars(extend("minimum" = 1, "maximum" = Self::LARGEST, "unit" = "px"))]
+    #[schemars(extend("expected" = "(width, height) in whole pixels"))]
     pub size: (u32, u32),
     /// Projection.
+    #[schemars(extend("see" = "[lens](#lenses)"))]
     pub lens: Lens,
-    /// Distance of the near plane along the optical axis, metres.
+    /// Distance of the near plane along the optical axis.
+    #[schemars(range(min = 1e-5, max = 1e6), extend("unit" = "m"))]
     pub near: f32,
-    /// Distance of the far plane, metres; may be infinite. Of what lies beyond there is nothing to see.
+    /// Distance of the far plane, beyond which nothing is seen; of an orthographic lens 1,000 m beyond `near` by default.
+    #[serde(with = "infinite")]
+    #[schemars(with = "Option<f32>", extend("maximum" = 1_000_000_000, "infinite" = true, "unit" = "m"))]
     pub far: f32,
     /// Pictures that it gives.
+    #[schemars(extend("see" = "list of [outputs](#outputs)"))]
     pub outputs: CameraOutputs,
-    /// Samples per pixel of colours: 1 or 4. All else has one, in the middle of the pixel.
+    /// Samples per pixel of colours. All else has one, in the middle of the pixel.
+    #[schemars(extend("enum" = [1, 4]))]
     pub samples: u32,
     /// Exposure of its colours.
+    #[schemars(extend("see" = "[exposure](#exposure)"))]
     pub exposure: Exposure,
-    /// Image noise.
+    /// Noise of its colours.
+    #[schemars(extend("see" = "[noise](#image-noise)"))]
     pub noise: Option<ImageNoise>,
 }
 
@@ -141,46 +189,24 @@ impl Default for CameraSensor {
     }
 }
 
+impl Described for CameraSensor {
+    fn check_whole(&self) -> Result<(), Fault> {
+        let at = Trail::default();
+        let (near, far) = (self.near, self.far);
+        if far <= near {
+            return Err(at.field("far").fault(format!("expected more than near, which is {near}, found {far}")));
+        }
+        if self.outputs == CameraOutputs::default() {
+            return Err(at.field("outputs").fault("expected at least one output"));
+        }
+        self.check_light()?;
+        self.check_lens().map_err(|fault| at.field("lens").around(&fault))
+    }
+}
+
 impl CameraSensor {
     /// Pixels along a side at the most.
     pub const LARGEST: u32 = 16384;
-
-    /// Checks that pictures can be drawn by it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        let Self { size, near, far, outputs, samples, .. } = self;
-        for side in [size.0, size.1] {
-            if !(1..=Self::LARGEST).contains(&side) {
-                return Err(format!("size: expected pixels from 1 to {}, found {side}", Self::LARGEST));
-            }
-        }
-        if !(1e-5..=1e6).contains(near) {
-            return Err(format!("near: expected metres from 1e-5 to 1e6, found {near}"));
-        }
-        let is_parallel = matches!(self.lens, Lens::Orthographic { .. });
-        if !(far > near && (*far <= 1e9 || (*far == f32::INFINITY && !is_parallel))) {
-            return Err(format!("far: expected more than near, at most 1e9, found {far}"));
-        }
-        if *outputs == CameraOutputs::default() {
-            return Err("outputs: expected at least one output".into());
-        }
-        if ![1, 4].contains(samples) {
-            return Err(format!("samples: expected 1 or 4, found {samples}"));
-        }
-        match self.lens {
-            Lens::FieldOfView { y } if !(1e-4..=3.13).contains(&y) => {
-                return Err(format!("fov_y_degrees: expected a number from 0.01 to 179, found {}", y.to_degrees()));
-            }
-            Lens::Orthographic { half_height } if !(1e-5..=1e6).contains(&half_height) => {
-                return Err(format!("half_height: expected metres from 1e-5 to 1e6, found {half_height}"));
-            }
-            _ => {}
-        }
-        self.check_light()?;
-        self.check_lens().map_err(|fault| format!("lens: {fault}"))
-    }
 
     /// The same camera with one output more.
     #[must_use]
@@ -190,20 +216,36 @@ impl CameraSensor {
 
     /// Camera that it is drawn with. For a lens that bends, it gives the picture without the bending.
     pub fn camera(&self) -> Camera {
+        let near = self.near;
         let projection = match self.lens {
+            Lens::FieldOfViewX { x } => Projection::Perspective { fov_y: fov_y(x, self.size), aspect: None },
             Lens::FieldOfView { y } => Projection::Perspective { fov_y: y, aspect: None },
             Lens::Pinhole(intrinsics)
             | Lens::BrownConrady { intrinsics, .. }
             | Lens::KannalaBrandt { intrinsics, .. } => Projection::Pinhole { intrinsics, size: self.size },
             Lens::Orthographic { half_height } => Projection::Orthographic { half_height, aspect: None },
         };
-        Camera { projection, near: self.near, far: self.far }
+        Camera { projection, near, far: self.clone().resolved().far }
+    }
+
+    /// The same camera by its vertical field of view, and with an end where a parallel projection has none.
+    #[must_use]
+    pub fn resolved(self) -> Self {
+        match self.lens {
+            Lens::FieldOfViewX { x } => Self { lens: Lens::of_fov_x(x, self.size), ..self },
+            // A parallel projection has to end somewhere.
+            Lens::Orthographic { .. } if self.far == f32::INFINITY => Self { far: self.near + 1000.0, ..self },
+            _ => self,
+        }
     }
 
     /// Its intrinsics, for its size; `None` where the projection is parallel.
     pub fn intrinsics(&self) -> Option<Intrinsics> {
         match self.lens {
             Lens::FieldOfView { y } => Some(Intrinsics::from_fov_y(y.into(), self.size.0, self.size.1)),
+            Lens::FieldOfViewX { x } => {
+                Some(Intrinsics::from_fov_y(fov_y(x, self.size).into(), self.size.0, self.size.1))
+            }
             Lens::Pinhole(intrinsics)
             | Lens::BrownConrady { intrinsics, .. }
             | Lens::KannalaBrandt { intrinsics, .. } => Some(intrinsics),
@@ -214,6 +256,7 @@ impl CameraSensor {
 
 /// Projection of a camera.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub enum Lens {
     /// Perspective with square pixels and the principal point in the middle.
     FieldOfView {
@@ -243,14 +286,24 @@ pub enum Lens {
         /// Half the height of the visible box, metres.
         half_height: f32,
     },
+    /// As [`Lens::FieldOfView`], by the other angle. No sensor of a world has it: see [`CameraSensor::resolved`].
+    FieldOfViewX {
+        /// Horizontal, radians.
+        x: f64,
+    },
 }
 
 impl Lens {
     /// Perspective of a horizontal field of view, radians, for pictures of a size, pixels.
-    pub fn of_fov_x(x: f64, (width, height): (u32, u32)) -> Self {
-        let half = (x / 2.0).tan() * (f64::from(height) / f64::from(width));
-        Self::FieldOfView { y: (2.0 * half.atan()) as f32 }
+    pub fn of_fov_x(x: f64, size: (u32, u32)) -> Self {
+        Self::FieldOfView { y: fov_y(x, size) }
     }
+}
+
+/// Vertical field of view of a horizontal one, radians.
+fn fov_y(x: f64, (width, height): (u32, u32)) -> f32 {
+    let half = (x / 2.0).tan() * (f64::from(height) / f64::from(width));
+    (2.0 * half.atan()) as f32
 }
 
 impl Default for Lens {
@@ -261,7 +314,8 @@ impl Default for Lens {
 
 /// Picture of a camera. Axes of a camera's outputs are X right, Y down, Z forward, as OpenCV and ROS have them for
 /// optical frames.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CameraOutput {
     /// Tone-mapped, 8-bit sRGB.
     Color,
@@ -309,6 +363,7 @@ impl CameraOutput {
 
 /// A set of outputs.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub struct CameraOutputs(u32);
 
 impl CameraOutputs {
@@ -331,6 +386,37 @@ impl CameraOutputs {
     /// These, with their names, in the order of [`CameraOutput::ALL`].
     pub fn iter(self) -> impl Iterator<Item = (&'static str, CameraOutput)> {
         CameraOutput::ALL.into_iter().filter(move |(_, output)| self.has(*output))
+    }
+}
+
+/// A list of names for people, and a number for programs.
+impl Serialize for CameraOutputs {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            serializer.collect_seq(self.iter().map(|(_, output)| output))
+        } else {
+            Self::serialize(self, serializer)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for CameraOutputs {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            Ok(Vec::<CameraOutput>::deserialize(deserializer)?.into_iter().collect())
+        } else {
+            Self::deserialize(deserializer)
+        }
+    }
+}
+
+impl JsonSchema for CameraOutputs {
+    fn schema_name() -> Cow<'static, str> {
+        "CameraOutputs".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Vec::<CameraOutput>::json_schema(generator)
     }
 }
 

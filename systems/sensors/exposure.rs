@@ -12,28 +12,31 @@
 //! So the variance of counts is affine in their mean: with K counts an electron it is
 //! K · (mean − black) + K² · read² + 1/12, the last for rounding.
 
-use super::beams::{positive, within};
 use super::components::CameraSensor;
+use crate::describe::{Described, Fault, Trail, check};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Exposure of a camera.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Exposure {
     /// The scene's exposure.
     #[default]
     Scene,
     /// Times linear colours, in place of the scene's.
-    Fixed(f32),
+    Fixed(#[schemars(range(min = 0.0, max = 1e6))] f32),
     /// By what it sees in the same picture: such that the mean of log₂ luminance becomes log₂ `key` (Reinhard, Stark,
     /// Shirley, Ferwerda: "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, section 3). Black pixels
     /// do not count.
     Metered {
-        /// Luminance.
+        /// Luminance that the mean becomes.
         #[serde(default = "middle_grey")]
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
         key: f32,
-        /// By how many powers of 2 it may differ from the scene's, both ways.
+        /// Powers of 2 by which it may differ from the scene's, both ways.
         #[serde(default = "most_stops")]
+        #[schemars(range(min = 0.0, max = 32.0), extend("unit" = "stops"))]
         stops: f32,
     },
 }
@@ -47,20 +50,25 @@ fn most_stops() -> f32 {
 }
 
 /// Image sensor's part in a picture: noise, black and steps.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImageNoise {
     /// Electrons of a linear colour of 1.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1_000_000_000), extend("unit" = "electrons"))]
     pub full_well: f32,
-    /// Standard deviation of what reading adds, electrons.
+    /// Standard deviation of what reading adds.
+    #[schemars(range(min = 0.0, max = 1e6), extend("unit" = "electrons"))]
     pub read: f32,
     /// Electrons without light, in mean.
+    #[schemars(range(min = 0.0, max = 1e9), extend("unit" = "electrons"))]
     pub dark: f32,
-    /// Counts an electron, as many times as it takes for a full well to be the largest count.
+    /// Counts an electron; at 1 a full well has the largest count.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1_000_000))]
     pub gain: f32,
-    /// Bits of a count: 8 or 12.
+    /// Bits of a count.
+    #[schemars(extend("enum" = [8, 12]))]
     pub bits: u32,
-    /// Counts where there are no electrons.
+    /// Count where there are no electrons; at most half of the largest.
     pub black: u32,
 }
 
@@ -76,31 +84,17 @@ const PARTS: f64 = 65536.0;
 /// Luminances from here on count: the least normal half float.
 const DARKEST: f64 = 1.0 / 16384.0;
 
-impl Exposure {
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        match *self {
-            Self::Scene => Ok(()),
-            Self::Fixed(value) => within("exposure", value, 0.0, 1e6),
-            Self::Metered { key, stops } => {
-                positive("exposure.key", key, 100.0)?;
-                within("exposure.stops", stops, 0.0, 32.0)
-            }
-        }
-    }
-}
+impl Described for Exposure {}
 
 impl CameraSensor {
     /// Says what is wrong with its exposure or noise.
     ///
     /// # Errors
     /// The field, and what was expected.
-    pub fn check_light(&self) -> Result<(), String> {
-        self.exposure.check()?;
-        self.noise.map_or(Ok(()), |noise| noise.check())
+    pub fn check_light(&self) -> Result<(), Fault> {
+        let within = |field, fault: Fault| Trail::default().field(field).around(&fault);
+        check(&self.exposure).map_err(|fault| within("exposure", fault))?;
+        self.noise.map_or(Ok(()), |noise| check(&noise)).map_err(|fault| within("noise", fault))
     }
 }
 
@@ -139,26 +133,18 @@ impl LightMeter {
     }
 }
 
-impl ImageNoise {
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        positive("noise.full_well", self.full_well, 1e9)?;
-        within("noise.read", self.read, 0.0, 1e6)?;
-        within("noise.dark", self.dark, 0.0, 1e9)?;
-        positive("noise.gain", self.gain, 1e6)?;
-        if ![8, 12].contains(&self.bits) {
-            return Err(format!("noise.bits: expected 8 or 12, found {}", self.bits));
-        }
+impl Described for ImageNoise {
+    fn check_whole(&self) -> Result<(), Fault> {
         let most = self.largest() / 2;
-        if self.black > most {
-            return Err(format!("noise.black: expected 0 to {most}, found {}", self.black));
+        if self.black <= most {
+            return Ok(());
         }
-        Ok(())
+        let expected = format!("expected a whole number from 0 to {most}, found {}", self.black);
+        Err(Trail::default().field("black").fault(expected))
     }
+}
 
+impl ImageNoise {
     fn largest(&self) -> u32 {
         (1 << self.bits.min(16)) - 1
     }
@@ -218,14 +204,16 @@ mod tests {
     #[test]
     fn what_no_sensor_has_is_refused() {
         let noise = ImageNoise::default();
-        assert_eq!((noise.check(), Exposure::default().check()), (Ok(()), Ok(())));
-        let refusal = |noise: ImageNoise| noise.check().unwrap_err();
+        let camera = |noise| CameraSensor { noise: Some(noise), ..CameraSensor::default() };
+        assert_eq!(camera(noise).check_light(), Ok(()));
+        let refusal = |noise: ImageNoise| camera(noise).check_light().unwrap_err().to_string();
         assert!(refusal(ImageNoise { full_well: 0.0, ..noise }).starts_with("noise.full_well: "));
         assert!(refusal(ImageNoise { read: f32::NAN, ..noise }).starts_with("noise.read: "));
         assert_eq!(refusal(ImageNoise { bits: 10, ..noise }), "noise.bits: expected 8 or 12, found 10");
         let black = ImageNoise { bits: 8, black: 128, ..noise };
-        assert_eq!(refusal(black), "noise.black: expected 0 to 127, found 128");
-        assert!(Exposure::Fixed(-1.0).check().unwrap_err().starts_with("exposure: "));
-        assert!(Exposure::Metered { key: 0.0, stops: 1.0 }.check().unwrap_err().starts_with("exposure.key: "));
+        assert_eq!(refusal(black), "noise.black: expected a whole number from 0 to 127, found 128");
+        let exposed = |exposure| CameraSensor { exposure, ..CameraSensor::default() }.check_light().unwrap_err().place;
+        assert_eq!(exposed(Exposure::Fixed(-1.0)), "exposure");
+        assert_eq!(exposed(Exposure::Metered { key: 0.0, stops: 1.0 }), "exposure.key");
     }
 }

@@ -4,11 +4,12 @@
 //! The scene is a plane that touches the Earth in one point, the [`GeoOrigin`]: its +Z is east there, its +X north, its
 //! +Y up. So a place is exact however far away it is; it is the Earth that bends away from the plane, 0.8 m at 3.2 km.
 
-use super::beams::within;
 use super::philox::{Noise, normal};
 use super::wgs84::Geodetic;
+use crate::describe::Described;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3Swizzles};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Channels of its random numbers.
@@ -37,7 +38,7 @@ impl GeoOrigin {
 }
 
 /// A receiver; its antenna is the entity.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GnssSensor {
     /// Errors of real receivers.
@@ -46,14 +47,17 @@ pub struct GnssSensor {
 
 /// Standard deviations of a receiver; by default there is no noise. Each reading's errors are its own, where those of
 /// real receivers wander.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GnssNoise {
-    /// To the east, and to the north: metres.
+    /// To the east, and to the north.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "m"))]
     pub horizontal_sigma: f32,
-    /// Metres.
+    /// Up and down.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "m"))]
     pub vertical_sigma: f32,
-    /// In each direction, m/s.
+    /// In each direction.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "m/s"))]
     pub velocity_sigma: f32,
 }
 
@@ -66,17 +70,9 @@ pub struct GnssReading {
     pub velocity: DVec3,
 }
 
-impl GnssSensor {
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        within("noise.horizontal_sigma", self.noise.horizontal_sigma, 0.0, 1e4)?;
-        within("noise.vertical_sigma", self.noise.vertical_sigma, 0.0, 1e4)?;
-        within("noise.velocity_sigma", self.noise.velocity_sigma, 0.0, 1e4)
-    }
+impl Described for GnssSensor {}
 
+impl GnssSensor {
     /// Measures at a point, and with a velocity (m/s), in the coordinates of the scene's file.
     pub fn measure(&self, origin: &GeoOrigin, point: DVec3, velocity: DVec3, noise: Noise) -> GnssReading {
         let GnssNoise { horizontal_sigma, vertical_sigma, velocity_sigma } = self.noise;
@@ -103,6 +99,7 @@ fn numbers(noise: Noise, channel: u32) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::describe::check;
 
     fn munich() -> GeoOrigin {
         let place = Geodetic { latitude_degrees: 48.137, longitude_degrees: 11.575, altitude: 519.0 };
@@ -167,7 +164,7 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let noise = GnssNoise { vertical_sigma: f32::INFINITY, ..GnssNoise::default() };
-        let expected = "noise.vertical_sigma: expected 0 to 10000, found inf";
-        assert_eq!(GnssSensor { noise }.check(), Err(expected.to_owned()));
+        let fault = check(&GnssSensor { noise }).expect_err("out of range");
+        assert_eq!(fault.to_string(), "noise.vertical_sigma: expected a number from 0 to 10000, found inf");
     }
 }

@@ -4,10 +4,11 @@
 //! of turns (half the turn from the first to the last, by the two between). So both are of one time, an interval before
 //! the last moment. Rates that are constant come out as they are.
 
-use super::beams::within;
 use super::philox::{Noise, normal};
+use crate::describe::Described;
 use crate::space::gravity::GRAVITY;
 use glam::{DQuat, DVec3, Vec3Swizzles};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Channels of its random numbers.
@@ -16,7 +17,7 @@ const GYROSCOPE: u32 = 1;
 
 /// An inertial measurement unit. Its axes are X forward, Y left, Z up (ROS, REP 103); its entity looks along +Z with +Y
 /// up, as vehicles do.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImuSensor {
     /// Errors of real ones.
@@ -25,16 +26,20 @@ pub struct ImuSensor {
 
 /// The noise of an inertial measurement unit; by default there is none. A bias that walks at random is a sum over all
 /// steps before, which no counter knows: it is left out.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImuNoise {
-    /// White noise of the specific force, (m/s²)/√Hz: its standard deviation is this times the root of the rate.
+    /// White noise of the specific force: its standard deviation is this times the root of the rate.
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "(m/s²)/√Hz"))]
     pub accelerometer_density: f32,
-    /// White noise of the angular rate, (rad/s)/√Hz.
+    /// White noise of the angular rate.
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "(rad/s)/√Hz"))]
     pub gyroscope_density: f32,
-    /// Added to every specific force, m/s², the sensor's axes.
+    /// Added to every specific force, in the sensor's axes.
+    #[schemars(inner(range(min = -100.0, max = 100.0)), extend("unit" = "m/s²"))]
     pub accelerometer_bias: [f32; 3],
-    /// Added to every angular rate, rad/s, the sensor's axes.
+    /// Added to every angular rate, in the sensor's axes.
+    #[schemars(inner(range(min = -100.0, max = 100.0)), extend("unit" = "rad/s"))]
     pub gyroscope_bias: [f32; 3],
 }
 
@@ -47,19 +52,9 @@ pub struct ImuReading {
     pub angular_velocity: DVec3,
 }
 
-impl ImuSensor {
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        let ImuNoise { accelerometer_density, gyroscope_density, accelerometer_bias, gyroscope_bias } = self.noise;
-        within("noise.accelerometer_density", accelerometer_density, 0.0, 100.0)?;
-        within("noise.gyroscope_density", gyroscope_density, 0.0, 100.0)?;
-        accelerometer_bias.iter().try_for_each(|&bias| within("noise.accelerometer_bias", bias, -100.0, 100.0))?;
-        gyroscope_bias.iter().try_for_each(|&bias| within("noise.gyroscope_bias", bias, -100.0, 100.0))
-    }
+impl Described for ImuSensor {}
 
+impl ImuSensor {
     /// Standard deviations of its white noise at a reading every so many seconds: m/s² and rad/s. A density n becomes
     /// n/√seconds (Furgale, Rehder, Siegwart: "Unified Temporal and Spatial Calibration for Multi-Sensor Systems", IROS
     /// 2013; Kalibr's "IMU noise model").
@@ -105,6 +100,7 @@ fn turn_of(turn: DQuat) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::describe::check;
     use proptest::prelude::*;
 
     const STEP: f64 = 1.0 / 60.0;
@@ -216,10 +212,10 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let noise = ImuNoise { gyroscope_density: -1.0, ..ImuNoise::default() };
-        let expected = "noise.gyroscope_density: expected 0 to 100, found -1";
-        assert_eq!(ImuSensor { noise }.check(), Err(expected.to_owned()));
+        let told = |noise| check(&ImuSensor { noise }).expect_err("out of range").to_string();
+        assert_eq!(told(noise), "noise.gyroscope_density: expected a number from 0 to 100, found -1");
         let noise = ImuNoise { accelerometer_bias: [0.0, f32::NAN, 0.0], ..ImuNoise::default() };
-        assert!(ImuSensor { noise }.check().is_err_and(|error| error.starts_with("noise.accelerometer_bias")));
-        assert_eq!(ImuSensor::default().check(), Ok(()));
+        assert_eq!(told(noise), "noise.accelerometer_bias[1]: expected a number from -100 to 100, found NaN");
+        assert_eq!(check(&ImuSensor::default()), Ok(()));
     }
 }

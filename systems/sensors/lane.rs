@@ -1,13 +1,15 @@
 //! Place of something in its lane.
 
-use super::beams::positive;
+use crate::describe::Described;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A sensor that says where it is in the lane of a route below it, and how it is turned against it.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LaneSensor {
-    /// Metres from a route's centre line within which one of its lanes counts.
+    /// From a route's centre line, within which one of its lanes counts.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = Self::MOST_REACH, "unit" = "m"))]
     pub reach: f32,
 }
 
@@ -17,17 +19,11 @@ impl Default for LaneSensor {
     }
 }
 
+impl Described for LaneSensor {}
+
 impl LaneSensor {
     /// Metres: routes are looked for within this.
     pub const MOST_REACH: f32 = 15.0;
-
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        positive("reach", self.reach, Self::MOST_REACH)
-    }
 }
 
 /// Place in a lane. All is 0 where no lane is near.

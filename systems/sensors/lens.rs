@@ -17,6 +17,7 @@
 //! way out from the axis does not fold before, looked at in [`PLACES`].
 
 use super::components::{CameraSensor, Lens};
+use crate::describe::{Described, Fault, Trail, check};
 use crate::draw::intrinsics::Intrinsics;
 use glam::{DMat2, DVec2, DVec3, dvec2};
 
@@ -29,11 +30,13 @@ const MOST_STEPS: u32 = 64;
 /// Relative to 1 and the result: a last step of Newton's method is at most so long.
 const CLOSE: f64 = 1e-12;
 
-/// Coefficients and pixels are at most this.
-const LARGEST: f64 = 1e9;
+/// Radius up to which is looked for folds, at a distance of 1.
+const FARTHEST_FOLD: f64 = 1e9;
 
 /// Image of a point under a map of the plane, with its derivatives; `None` where it has no value.
 type Image = Option<(DVec2, DMat2)>;
+
+impl Described for Lens {}
 
 impl Lens {
     /// Tells if straight lines become curves, so that no rasterizer draws its picture as it is.
@@ -52,7 +55,9 @@ impl CameraSensor {
                 let [scale, middle] = self.parallel(*half_height);
                 Some(camera.truncate() * scale + middle)
             }
-            Lens::FieldOfView { .. } | Lens::Pinhole(_) => pixel(&self.intrinsics()?, plane()?),
+            Lens::FieldOfView { .. } | Lens::FieldOfViewX { .. } | Lens::Pinhole(_) => {
+                pixel(&self.intrinsics()?, plane()?)
+            }
             Lens::BrownConrady { intrinsics, coefficients } => {
                 let map = |point| brown_conrady(coefficients, point);
                 let point = plane()?;
@@ -76,7 +81,9 @@ impl CameraSensor {
     pub fn direction(&self, u: f64, v: f64) -> Option<DVec3> {
         match &self.lens {
             Lens::Orthographic { .. } => Some(DVec3::Z),
-            Lens::FieldOfView { .. } | Lens::Pinhole(_) => Some(self.intrinsics()?.direction(u, v)),
+            Lens::FieldOfView { .. } | Lens::FieldOfViewX { .. } | Lens::Pinhole(_) => {
+                Some(self.intrinsics()?.direction(u, v))
+            }
             Lens::BrownConrady { intrinsics, coefficients } => {
                 let image = intrinsics.direction(u, v).truncate();
                 Some(inverse(|point| brown_conrady(coefficients, point), image)?.extend(1.0))
@@ -100,36 +107,16 @@ impl CameraSensor {
         Some(self.direction(u, v)?.normalize() * range)
     }
 
-    /// Says what is wrong with its lens: numbers that are none, or a fold within the picture.
+    /// Checks that its lens has numbers that make sense, and does not fold within the picture.
     ///
     /// # Errors
     /// The expectation that failed, or the place of the fold.
-    pub fn check_lens(&self) -> Result<(), String> {
-        let coefficients = match &self.lens {
-            Lens::FieldOfView { .. } | Lens::Orthographic { .. } => return Ok(()),
-            Lens::Pinhole(_) => &[][..],
-            Lens::BrownConrady { coefficients, .. } => coefficients,
-            Lens::KannalaBrandt { coefficients, .. } => coefficients,
-        };
-        if let Some(Intrinsics { fx, fy, cx, cy }) = self.intrinsics() {
-            for (name, value) in [("fx", fx), ("fy", fy)] {
-                if !(value > 0.0 && value <= LARGEST) {
-                    return Err(format!("expected {name} above 0, at most {LARGEST} pixels, found {value}"));
-                }
-            }
-            if let Some(number) =
-                [cx, cy].iter().chain(coefficients).find(|number| !(-LARGEST..=LARGEST).contains(*number))
-            {
-                return Err(format!("expected numbers up to {LARGEST}, found {number}"));
-            }
-        }
+    pub fn check_lens(&self) -> Result<(), Fault> {
+        check(&self.lens)?;
         let limit = match self.lens {
             Lens::KannalaBrandt { largest_angle, .. } => largest_angle,
             _ => f64::INFINITY,
         };
-        if !(limit > 0.0 && (limit <= std::f64::consts::PI || limit == f64::INFINITY)) {
-            return Err(format!("largest_degrees: expected a number up to 180, found {}", limit.to_degrees()));
-        }
         if !self.lens.has_distortion() {
             return Ok(());
         }
@@ -138,7 +125,7 @@ impl CameraSensor {
         let across = (0..=right).flat_map(|u| [(u, 0), (u, bottom)]);
         let down = (0..=bottom).flat_map(|v| [(0, v), (right, v)]);
         match across.chain(down).find_map(|(u, v)| self.fold_before(u.into(), v.into(), limit)) {
-            Some(fold) => Err(fold),
+            Some(fold) => Err(Trail::default().fault(fold)),
             None => Ok(()),
         }
     }
@@ -244,7 +231,7 @@ fn fold(map: impl Fn(DVec2) -> Image, along: DVec2, limit: f64) -> Option<(f64, 
     let is_upright_at = |radius: f64| is_upright(&map(along * radius));
     let radii = std::iter::successors(Some(1e-3), |radius| Some(radius * 1.005));
     let mut beyond =
-        radii.take_while(|&radius| radius < LARGEST.min(1.01 * limit)).find(|&radius| !is_upright_at(radius))?;
+        radii.take_while(|&radius| radius < FARTHEST_FOLD.min(1.01 * limit)).find(|&radius| !is_upright_at(radius))?;
     let mut before = beyond / 1.005;
     for _ in 0..MOST_STEPS {
         let middle = (before + beyond) / 2.0;
@@ -327,7 +314,7 @@ mod tests {
     /// 1 + 3 k1 r² = 0 where k1 alone bends; 1 + 3 k1 θ² = 0 of a fisheye; 1 + k4 r² = 0 of a denominator.
     #[test]
     fn a_lens_that_folds_within_the_picture_says_where() {
-        let refusal = |camera: CameraSensor| camera.check_lens().unwrap_err();
+        let refusal = |camera: CameraSensor| camera.check_lens().unwrap_err().to_string();
         let k1 = |k1| bent([k1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         for (k, radius) in [(-0.3, 1.0541), (-1.0, 0.5774)] {
             let said = refusal(k1(k));
@@ -347,7 +334,7 @@ mod tests {
         assert!(fisheye([-0.2, 0.0, 0.0, 0.0], 70.0).check_lens().is_ok());
         let said = refusal(bent([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
         assert!(said.contains("found NaN"), "{said}");
-        assert!(refusal(fisheye([0.0; 4], 181.0)).contains("largest_degrees: expected a number up to 180"));
+        assert!(refusal(fisheye([0.0; 4], 181.0)).contains("largest_degrees: expected a number from 0.01 to 180"));
     }
 
     #[test]

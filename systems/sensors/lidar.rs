@@ -1,22 +1,29 @@
 //! Lidars as data, and which of their columns fire when.
 
-use super::beams::{Beams, positive, within};
+use super::beams::Beams;
+use crate::describe::{Described, Fault, Trail};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A lidar. It looks along its entity's +Z, as vehicles do, with +X to the left and +Y up. Its points have the axes of
 /// ROS (REP 103): x forward, y left, z up.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LidarSensor {
     /// Beams of a column.
+    #[schemars(extend("see" = "a model, `grid(…)` or `list(…)`: see below"))]
     pub beams: Beams,
     /// Revolutions per second.
+    #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "Hz"))]
     pub hz: f32,
     /// Columns per revolution.
+    #[schemars(range(min = 1, max = Self::MOST_COLUMNS))]
     pub columns: u32,
-    /// Metres along a beam from which on, and up to which, something is met. What is nearer is not in the way.
+    /// Least and largest distance at which something is met. What is nearer is not in the way.
+    #[schemars(extend("minimum" = 0, "maximum" = 100000, "unit" = "m"))]
     pub range: (f32, f32),
-    /// Fading of intensity: e^(−attenuation · range). Per metre.
+    /// Fading of intensity: e^(−attenuation · range).
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "1/m"))]
     pub attenuation: f32,
     /// Each column is fired from where the sensor is at its time, not from where it is at the end.
     pub sweep: bool,
@@ -25,14 +32,17 @@ pub struct LidarSensor {
 }
 
 /// The noise of a lidar; by default there is none.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LidarNoise {
-    /// Standard deviation of ranges, metres.
+    /// Standard deviation of ranges.
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m"))]
     pub range_sigma: f32,
-    /// The share of returns that are lost, 0 to 1.
+    /// Share of returns that are lost.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub drop_rate: f32,
-    /// Returns below this intensity are lost, 0 to 1.
+    /// Intensity below which returns are lost.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub drop_below: f32,
 }
 
@@ -50,30 +60,22 @@ impl Default for LidarSensor {
     }
 }
 
+impl Described for LidarSensor {
+    fn check_whole(&self) -> Result<(), Fault> {
+        let (least, most) = self.range;
+        if least < most {
+            return Ok(());
+        }
+        let expected = format!("expected the least below the most, found {:?}", self.range);
+        Err(Trail::default().field("range").fault(expected))
+    }
+}
+
 impl LidarSensor {
     /// Most columns of a revolution.
     pub const MOST_COLUMNS: u32 = 1 << 20;
     /// Most beams of a capture: half a gigabyte.
     pub const MOST_BEAMS: f64 = 16_777_216.0;
-
-    /// Says what is wrong with it.
-    ///
-    /// # Errors
-    /// The field, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        self.beams.check().map_err(|error| format!("beams: {error}"))?;
-        within("hz", self.hz, 1e-3, 1e4)?;
-        positive("columns", self.columns as f32, Self::MOST_COLUMNS as f32)?;
-        within("range.0", self.range.0, 0.0, 1e5)?;
-        positive("range.1", self.range.1, 1e5)?;
-        if self.range.0 >= self.range.1 {
-            return Err(format!("range: expected the least below the most, found {:?}", self.range));
-        }
-        within("attenuation", self.attenuation, 0.0, 10.0)?;
-        within("noise.range_sigma", self.noise.range_sigma, 0.0, 100.0)?;
-        within("noise.drop_rate", self.noise.drop_rate, 0.0, 1.0)?;
-        within("noise.drop_below", self.noise.drop_below, 0.0, 1.0)
-    }
 
     /// Checks that the beams between two captures, so many seconds apart, can be held.
     ///
@@ -180,6 +182,7 @@ impl Ratio {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::describe::check;
     use proptest::prelude::*;
 
     #[test]
@@ -247,17 +250,20 @@ mod tests {
         let text = serde_json::to_string(&lidar).expect("text");
         assert!(text.contains("\"os1_128\""), "{text}");
         assert_eq!(serde_json::from_str::<LidarSensor>(&text).expect("a lidar"), lidar);
-        assert_eq!(lidar.check(), Ok(()));
+        assert_eq!(check(&lidar), Ok(()));
         let faults = [
-            (LidarSensor { hz: f32::NAN, ..lidar.clone() }, "hz: expected 0.001 to 10000, found NaN"),
-            (LidarSensor { columns: 0, ..lidar.clone() }, "columns: expected above 0 to 1048576, found 0"),
+            (LidarSensor { hz: f32::NAN, ..lidar.clone() }, "hz: expected a number from 0.001 to 10000, found NaN"),
+            (
+                LidarSensor { columns: 0, ..lidar.clone() },
+                "columns: expected a whole number from 1 to 1048576, found 0",
+            ),
             (
                 LidarSensor { range: (5.0, 5.0), ..lidar.clone() },
                 "range: expected the least below the most, found (5.0, 5.0)",
             ),
         ];
         for (lidar, expected) in faults {
-            assert_eq!(lidar.check(), Err(expected.to_owned()));
+            assert_eq!(check(&lidar).expect_err("a fault").to_string(), expected);
         }
     }
 }

@@ -17,13 +17,14 @@ pub(crate) mod imu;
 pub(crate) mod labels;
 pub(crate) mod lane;
 pub(crate) mod lens;
+mod lens_text;
 pub(crate) mod lidar;
 pub mod philox;
 pub mod wgs84;
 
 pub use beams::{Beam, Beams};
 pub use collision::CollisionSensor;
-pub use components::{CameraOutput, CameraOutputs, CameraSensor, Lens, Sensor, SensorKind};
+pub use components::{CameraOutput, CameraOutputs, CameraSensor, Lens, Rate, Sensor, SensorKind};
 pub use exposure::{Exposure, ImageNoise, LightMeter};
 pub use gnss::{GeoOrigin, GnssNoise, GnssReading, GnssSensor};
 pub use imu::{ImuNoise, ImuReading, ImuSensor};

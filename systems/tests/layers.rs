@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Folders, each using itself and those before it; a row's use each other, too. Files on top use all.
 const LAYERS: [&[&str]; 9] = [
-    &["ecs"],
+    &["ecs", "describe"],
     &["space"],
     &["assets"],
     &["cells"],

@@ -2,7 +2,7 @@
 
 use crate::entities::classes::wrap;
 use crate::entities::entity::Entity;
-use crate::entities::mounting::{self, CameraArguments};
+use crate::entities::mounting::add_sensor;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::bevy_ecs::prelude::{ChildOf, Children};
@@ -32,69 +32,15 @@ impl Entity {
         children.into_iter().map(|child| wrap(py, &self.shared, child)).collect()
     }
 
-    /// Mounts a camera on it; see `Sim.add_camera`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_camera(
+    /// Mounts a sensor of a kind on it.
+    #[pyo3(signature = (kind, name, arguments))]
+    fn _add_sensor(
         &self,
         py: Python<'_>,
+        kind: &str,
         name: &Bound<'_, PyAny>,
         arguments: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Py<PyAny>> {
-        CameraArguments::read(arguments)?.add(py, &self.shared, name, Some(self.id))
-    }
-
-    /// Mounts a lidar on it; see `Sim.add_lidar`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_lidar(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_lidar(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Mounts an inertial measurement unit on it; see `Sim.add_imu`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_imu(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_imu(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Mounts a receiver of satellite navigation on it; see `Sim.add_gnss`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_gnss(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_gnss(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Has it tell what it touches; see `Collisions`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_collision(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_collision(py, &self.shared, name, Some(self.id), arguments)
-    }
-
-    /// Has it tell where in a lane it is; see `LaneReading`.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_lane(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        mounting::add_lane(py, &self.shared, name, Some(self.id), arguments)
+        add_sensor(py, &self.shared, kind, name, Some(self.id), arguments)
     }
 }

@@ -3,23 +3,21 @@
 use crate::entities::classes::wrap_as;
 use crate::entities::entity::Kind;
 use crate::errors::Failure;
-use crate::given::arguments::{Argument, Keywords, Names, Row, found, required};
-use crate::given::fields;
-use crate::given::values::{Facing, Numbers, Placing, Size};
+use crate::given::arguments::{Argument, Keywords, Row, found, required};
+use crate::given::described::{json, of_kind, take};
+use crate::given::values::{Facing, Numbers, Placing};
 use crate::worlds::world::Shared;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
-use relief::name;
+use pyo3::types::PyDict;
 use relief::sense::{sensor_name_on, sensor_names};
+use relief::systems::describe::schema;
 use relief::systems::draw::Intrinsics;
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::spawn::Spawn;
-use relief::systems::sensors::{
-    self, CameraOutput, CameraSensor, CollisionSensor, Exposure, GeoOrigin, GnssSensor, ImageNoise, ImuSensor,
-    LaneSensor, Lens, LidarSensor, SensorKind,
-};
+use relief::systems::sensors::{self, CameraSensor, Exposure, GeoOrigin, Lens, SensorKind};
+use serde_json::{Value, json};
 use std::sync::Arc;
 
 /// Pose of a sensor, and the steps at which it is due.
@@ -51,7 +49,9 @@ impl Mounting {
         let Self { placing, every, phase } = self;
         let facing = if matches!(kind, SensorKind::Camera(_)) { Facing::Backward } else { Facing::Forward };
         let sensor = sensors::Sensor { kind, every, phase };
-        sensor.check().map_err(Failure::Value)?;
+        if let Some(fault) = sensor.faults().first() {
+            return Err(Failure::value(fault.to_string()).into());
+        }
         let name: String = required("name", name)?;
         if name.is_empty() {
             return Err(Failure::value("name: expected one, by which captures call the sensor").into());
@@ -79,69 +79,57 @@ impl Mounting {
     }
 }
 
-/// A camera that is to be mounted.
-pub struct CameraArguments {
-    camera: CameraSensor,
-    mounting: Mounting,
-}
-
-impl CameraArguments {
-    pub fn read(given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let mut arguments = Keywords::new(given);
-        let mounting = Mounting::read(&mut arguments)?;
-        let mut camera = CameraSensor::default();
-        camera.size = arguments.take::<Size>("size")?.map_or(camera.size, |size| size.0);
-        camera.near = arguments.take("near")?.unwrap_or(camera.near);
-        let far = arguments.take("far")?;
-        camera.samples = arguments.take("samples")?.unwrap_or(camera.samples);
-        if let Some(outputs) = arguments.take::<Names>("outputs")?.map(Names::all) {
-            let find = |wanted: &String| name::find("output", &CameraOutput::ALL, wanted);
-            let outputs: Result<_, _> = outputs.iter().map(find).collect();
-            camera.outputs = outputs.map_err(Failure::Value)?;
-        }
-        if let Some(given) = arguments.get("exposure")? {
-            camera.exposure = exposure(&given)?;
-        }
-        camera.noise =
-            arguments.get("noise")?.map(|given| fields::of_dict::<ImageNoise>("noise", &given)).transpose()?;
-        camera.lens = lens(&mut arguments, camera.size)?;
-        let is_parallel = matches!(camera.lens, Lens::Orthographic { .. });
-        camera.far = far.unwrap_or(if is_parallel { camera.near + 1000.0 } else { f32::INFINITY });
-        arguments.finish()?;
-        let lens_arguments = match camera.lens {
-            Lens::BrownConrady { .. } => "K, distortion",
-            Lens::KannalaBrandt { .. } => "K, fisheye",
-            _ => "K",
-        };
-        camera.check_lens().map_err(|fault| Failure::value(format!("{lens_arguments}: {fault}")))?;
-        Ok(Self { camera, mounting })
+/// Mounts a sensor of a kind, or puts it into the scene, as keywords describe it.
+pub fn add_sensor(
+    py: Python<'_>,
+    shared: &Arc<Shared>,
+    kind: &str,
+    name: &Bound<'_, PyAny>,
+    parent: Option<StateId>,
+    given: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Py<PyAny>> {
+    let mut arguments = Keywords::new(given);
+    let mounting = Mounting::read(&mut arguments)?;
+    let known = of_kind(schema::<SensorKind>(), kind);
+    let whole = |fields| serde_json::from_value::<SensorKind>(json!({ kind: fields })).map(drop);
+    let read = |fields| whole(fields).map_err(|error| error.to_string());
+    // A number or a word will do, too.
+    let mut fields = take(&mut arguments, known, &|field| field.name != "exposure", &read)?;
+    if known["properties"]["exposure"].is_object()
+        && let Some(given) = arguments.get("exposure")?
+    {
+        fields.insert("exposure".into(), exposure(&given)?);
     }
-
-    pub fn add(
-        self,
-        py: Python<'_>,
-        shared: &Arc<Shared>,
-        name: &Bound<'_, PyAny>,
-        parent: Option<StateId>,
-    ) -> PyResult<Py<PyAny>> {
-        self.mounting.add(py, shared, name, parent, SensorKind::Camera(self.camera))
-    }
+    let kind = match serde_json::from_value(json!({ kind: fields })) {
+        Ok(SensorKind::Camera(camera)) => {
+            let lens = lens(&mut arguments, &camera, fields.contains_key("lens"))?;
+            SensorKind::Camera(CameraSensor { lens, ..camera }.resolved())
+        }
+        Ok(kind) => kind,
+        Err(error) => return Err(Failure::value(error.to_string()).into()),
+    };
+    arguments.finish()?;
+    mounting.add(py, shared, name, parent, kind)
 }
 
 /// A number, or as scene files have it.
-fn exposure(given: &Bound<'_, PyAny>) -> PyResult<Exposure> {
-    if let Ok(fixed) = given.extract::<f32>() {
-        return Ok(Exposure::Fixed(fixed));
-    }
-    if given.extract::<&str>().is_ok_and(|name| name == "metered") {
-        let metered = [("metered", PyDict::new(given.py()))].into_py_dict(given.py())?;
-        return fields::choice("exposure", "metered", metered.as_any());
-    }
-    fields::choice("exposure", "a number, \"scene\", \"metered\" or {\"metered\": {…}}", given)
+fn exposure(given: &Bound<'_, PyAny>) -> PyResult<Value> {
+    let expected = "a number, \"scene\", \"metered\" or {\"metered\": {…}}";
+    let value = if let Ok(fixed) = given.extract::<f64>() {
+        json!({ "fixed": fixed })
+    } else if given.extract::<&str>().is_ok_and(|name| name == "metered") {
+        json!({ "metered": {} })
+    } else {
+        json(given).map_err(|_| Failure::value(format!("exposure: expected {expected}, found {}", found(given))))?
+    };
+    let read: Result<Exposure, _> = serde_json::from_value(value.clone());
+    read.map_err(|error| Failure::value(format!("exposure: expected {expected}, found {}: {error}", found(given))))?;
+    Ok(value)
 }
 
-/// By `K`, with what bends the picture, or by one of the angles and heights.
-fn lens(arguments: &mut Keywords<'_, '_>, size: (u32, u32)) -> PyResult<Lens> {
+/// By `K`, with what distorts the picture, or by one of the angles and heights; else that which the camera has.
+/// `is_given`: the camera has it by `lens`.
+fn lens(arguments: &mut Keywords<'_, '_>, camera: &CameraSensor, is_given: bool) -> PyResult<Lens> {
     let intrinsics = arguments.get("K")?.map(|given| intrinsics(&given)).transpose()?;
     let fov_y = arguments.take::<f64>("fov_y_degrees")?;
     let fov_x = arguments.take::<f64>("fov_x_degrees")?;
@@ -150,34 +138,47 @@ fn lens(arguments: &mut Keywords<'_, '_>, size: (u32, u32)) -> PyResult<Lens> {
     let fisheye = arguments.take::<Coefficients<4>>("fisheye")?.map(|own| own.0);
     let largest_degrees = arguments.take::<f64>("largest_degrees")?;
     let refused = |message: &str| Err(Failure::value(message).into());
-    let given = [intrinsics.is_some(), fov_y.is_some(), fov_x.is_some(), half_height.is_some()];
+    let given = [intrinsics.is_some(), fov_y.is_some(), fov_x.is_some(), half_height.is_some(), is_given];
     if given.iter().filter(|given| **given).count() > 1 {
-        return refused("expected one of K, fov_y_degrees, fov_x_degrees and half_height");
-    }
-    if let Some(degrees) = fov_x.filter(|degrees| !(0.01..=179.0).contains(degrees)) {
-        return refused(&format!("fov_x_degrees: expected a number from 0.01 to 179, found {degrees}"));
+        return refused("expected one of K, fov_y_degrees, fov_x_degrees and half_height, or lens alone");
     }
     if largest_degrees.is_some() && fisheye.is_none() {
         return refused("largest_degrees: expected fisheye beside it");
     }
-    if let Some(degrees) = largest_degrees.filter(|degrees| !(*degrees > 0.0 && *degrees <= 180.0)) {
-        return refused(&format!("largest_degrees: expected a number above 0, at most 180, found {degrees}"));
-    }
-    match (intrinsics, distortion, fisheye) {
-        (Some(_), Some(_), Some(_)) => refused("expected one of distortion and fisheye"),
-        (Some(intrinsics), Some(coefficients), None) => Ok(Lens::BrownConrady { intrinsics, coefficients }),
+    let lens = match (intrinsics, distortion, fisheye) {
+        (Some(_), Some(_), Some(_)) => return refused("expected one of distortion and fisheye"),
+        (Some(intrinsics), Some(coefficients), None) => Lens::BrownConrady { intrinsics, coefficients },
         (Some(intrinsics), None, Some(coefficients)) => {
             let largest_angle = largest_degrees.unwrap_or(90.0).to_radians();
-            Ok(Lens::KannalaBrandt { intrinsics, coefficients, largest_angle })
+            Lens::KannalaBrandt { intrinsics, coefficients, largest_angle }
         }
-        (Some(intrinsics), None, None) => Ok(Lens::Pinhole(intrinsics)),
-        (None, None, None) => Ok(match (half_height, fov_x) {
-            (Some(half_height), _) => Lens::Orthographic { half_height },
-            (None, Some(degrees)) => Lens::of_fov_x(degrees.to_radians(), size),
-            (None, None) => Lens::FieldOfView { y: fov_y.unwrap_or(60.0).to_radians() as f32 },
-        }),
-        (None, ..) => refused("distortion and fisheye: expected K beside them"),
-    }
+        (Some(intrinsics), None, None) => Lens::Pinhole(intrinsics),
+        (None, None, None) => match (half_height, fov_x, fov_y) {
+            (Some(half_height), ..) => Lens::Orthographic { half_height },
+            (None, Some(degrees), _) => Lens::FieldOfViewX { x: degrees.to_radians() },
+            (None, None, Some(degrees)) => Lens::FieldOfView { y: degrees.to_radians() as f32 },
+            (None, None, None) => camera.lens,
+        },
+        (None, ..) => return refused("distortion and fisheye: expected K beside them"),
+    };
+    // Faults of a lens are those of the keywords that it is given by.
+    let keywords = match lens {
+        _ if is_given => "lens",
+        Lens::FieldOfView { .. } | Lens::FieldOfViewX { .. } => "fov",
+        Lens::Orthographic { .. } => "",
+        Lens::Pinhole(_) => "K",
+        Lens::BrownConrady { .. } => "K, distortion",
+        Lens::KannalaBrandt { .. } => "K, fisheye",
+    };
+    let checked = CameraSensor { lens, ..camera.clone() }.check_lens();
+    checked.map_err(|fault| {
+        Failure::value(match keywords {
+            "" => fault.to_string(),
+            "fov" => format!("fov_{fault}"),
+            keywords => format!("{keywords}: {fault}"),
+        })
+    })?;
+    Ok(lens)
 }
 
 /// fx, fy, cx, cy, or a matrix of 3 by 3.
@@ -218,74 +219,4 @@ impl<const N: usize> Argument for Coefficients<N> {
     fn expected() -> String {
         format!("at most {N} numbers")
     }
-}
-
-pub fn add_lidar(
-    py: Python<'_>,
-    shared: &Arc<Shared>,
-    name: &Bound<'_, PyAny>,
-    parent: Option<StateId>,
-    given: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Py<PyAny>> {
-    let mut arguments = Keywords::new(given);
-    let mounting = Mounting::read(&mut arguments)?;
-    let lidar: LidarSensor = fields::take(&mut arguments)?;
-    arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Lidar(lidar))
-}
-
-pub fn add_imu(
-    py: Python<'_>,
-    shared: &Arc<Shared>,
-    name: &Bound<'_, PyAny>,
-    parent: Option<StateId>,
-    given: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Py<PyAny>> {
-    let mut arguments = Keywords::new(given);
-    let mounting = Mounting::read(&mut arguments)?;
-    let own: ImuSensor = fields::take(&mut arguments)?;
-    arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Imu(own))
-}
-
-pub fn add_gnss(
-    py: Python<'_>,
-    shared: &Arc<Shared>,
-    name: &Bound<'_, PyAny>,
-    parent: Option<StateId>,
-    given: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Py<PyAny>> {
-    let mut arguments = Keywords::new(given);
-    let mounting = Mounting::read(&mut arguments)?;
-    let own: GnssSensor = fields::take(&mut arguments)?;
-    arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Gnss(own))
-}
-
-pub fn add_collision(
-    py: Python<'_>,
-    shared: &Arc<Shared>,
-    name: &Bound<'_, PyAny>,
-    parent: Option<StateId>,
-    given: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Py<PyAny>> {
-    let mut arguments = Keywords::new(given);
-    let mounting = Mounting::read(&mut arguments)?;
-    let own: CollisionSensor = fields::take(&mut arguments)?;
-    arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Collision(own))
-}
-
-pub fn add_lane(
-    py: Python<'_>,
-    shared: &Arc<Shared>,
-    name: &Bound<'_, PyAny>,
-    parent: Option<StateId>,
-    given: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Py<PyAny>> {
-    let mut arguments = Keywords::new(given);
-    let mounting = Mounting::read(&mut arguments)?;
-    let own: LaneSensor = fields::take(&mut arguments)?;
-    arguments.finish()?;
-    mounting.add(py, shared, name, parent, SensorKind::Lane(own))
 }

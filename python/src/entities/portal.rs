@@ -5,6 +5,7 @@ use crate::errors::Failure;
 use crate::given::arguments::required;
 use pyo3::prelude::*;
 use relief::systems::cells;
+use relief::systems::describe::check;
 use relief::systems::run::standard_inputs::SetPortal;
 
 /// An opening between two rooms, or a room and outside.
@@ -24,9 +25,7 @@ impl Portal {
     #[setter]
     fn set_open(own: PyRef<'_, Self>, open: &Bound<'_, PyAny>) -> PyResult<()> {
         let open = required::<f32>("open", open)?;
-        if !(0.0..=1.0).contains(&open) {
-            return Err(Failure::value(format!("open: expected a number from 0 to 1, found {open}")).into());
-        }
+        check(&cells::Portal { open }).map_err(|fault| Failure::value(fault.to_string()))?;
         let entity: &Entity = own.as_super();
         let id = entity.id;
         entity.with(own.py(), move |world| {

@@ -3,11 +3,11 @@
 use crate::captures::lens::{camera_matrix, coefficients, model};
 use crate::entities::entity::Entity;
 use crate::errors::{Failure, Outcome};
-use crate::given::fields;
+use crate::given::described::{of_kind, shown, values};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use relief::sense::sensor_name;
+use relief::systems::describe::schema;
 use relief::systems::sensors::{self, Lens, SensorKind};
 
 /// Lens of a camera whose projection is not parallel.
@@ -37,15 +37,9 @@ impl Sensor {
 impl Sensor {
     /// "camera", "lidar", "imu", "gnss", "collision" or "lane".
     #[getter]
-    fn kind(own: PyRef<'_, Self>) -> PyResult<&'static str> {
-        Self::read(&own, |sensor| match sensor.kind {
-            SensorKind::Camera(_) => "camera",
-            SensorKind::Lidar(_) => "lidar",
-            SensorKind::Imu(_) => "imu",
-            SensorKind::Gnss(_) => "gnss",
-            SensorKind::Collision(_) => "collision",
-            SensorKind::Lane(_) => "lane",
-        })
+    fn kind(own: PyRef<'_, Self>) -> PyResult<String> {
+        let kind = Self::read(&own, |sensor| values(&sensor.kind))??;
+        Ok(kind.as_object().and_then(|kinds| kinds.keys().next()).cloned().unwrap_or_default())
     }
 
     /// The name by which captures call it: its own, below that of the thing that it is mounted on, such as "ego/front".
@@ -117,19 +111,22 @@ impl Sensor {
         Ok(lens(&own)?.map(|lens| model(&lens)))
     }
 
-    /// Noise model of the sensor: a dict by the names that the scene's file has (docs/sensors.md). Of a camera
-    /// `full_well`, `read`, `dark`, `gain`, `bits` and `black`; of a lidar `range_sigma`, `drop_rate` and `drop_below`;
-    /// of an IMU densities and biases; of a receiver `horizontal_sigma`, `vertical_sigma` and `velocity_sigma`.
-    /// ``None`` of a camera without noise, and of all others.
+    /// Settings of its kind: a dict by the names that scene files have (docs/sensors.md).
     #[getter]
-    fn noise<'py>(own: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let dict = match Self::read(&own, |sensor| sensor.kind.clone())? {
-            SensorKind::Camera(camera) => camera.noise.map(|noise| fields::dict(own.py(), &noise)),
-            SensorKind::Lidar(lidar) => Some(fields::dict(own.py(), &lidar.noise)),
-            SensorKind::Imu(imu) => Some(fields::dict(own.py(), &imu.noise)),
-            SensorKind::Gnss(gnss) => Some(fields::dict(own.py(), &gnss.noise)),
-            SensorKind::Collision(_) | SensorKind::Lane(_) => None,
+    fn settings<'py>(own: PyRef<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let kinds = values(&Self::read(&own, |sensor| sensor.kind.clone())?)?;
+        let Some((kind, fields)) = kinds.as_object().and_then(|kinds| kinds.iter().next()) else {
+            return Ok(own.py().None().into_bound(own.py()));
         };
-        dict.transpose()
+        shown(own.py(), fields, of_kind(schema::<SensorKind>(), kind))
+    }
+
+    /// Noise model of the sensor: `settings["noise"]`, of a camera for instance `full_well`, `read`, `dark`, `gain`,
+    /// `bits` and `black`. ``None`` of a camera without noise, and of kinds that have none.
+    #[getter]
+    fn noise<'py>(own: PyRef<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = own.py();
+        let settings = Self::settings(own)?;
+        Ok(settings.call_method1("get", ("noise",)).unwrap_or_else(|_| py.None().into_bound(py)))
     }
 }

@@ -1,14 +1,14 @@
 //! Lights as they are described: kind, colour, reach, size.
 
 use crate::errors::{Failure, Outcome};
-use crate::given::arguments::{Argument, Given, found, optional, required};
-use crate::given::values::{Numbers, Placing};
-use pyo3::exceptions::PyValueError;
+use crate::given::arguments::{Argument, Keywords};
+use crate::given::described::{read, take};
+use crate::given::values::Placing;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
-use relief::glam::{DVec3, Vec3};
-use relief::systems::assets::color::linear_from_srgb;
-use relief::systems::lights::{self, LightKind};
+use pyo3::types::PyDict;
+use relief::systems::describe::{Field, schema};
+use relief::systems::lights::{self, LightDescription, LightFields, LightKind};
+use serde_json::{Value, json};
 
 /// Settings of a light. An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of
 /// 1.
@@ -19,70 +19,6 @@ pub struct Light(pub lights::Light);
 impl Argument for Light {
     fn expected() -> String {
         "a Light, such as relief.Light.point(4)".into()
-    }
-}
-
-/// A colour: "#rrggbb" in sRGB, or three linear numbers.
-pub struct Color(pub Vec3);
-
-impl<'a, 'py> FromPyObject<'a, 'py> for Color {
-    type Error = PyErr;
-
-    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        let fault = || PyValueError::new_err(format!("expected {}, found {}", Self::expected(), found(&given)));
-        if let Ok(text) = given.cast::<PyString>() {
-            return from_hex(&text.to_cow()?).map(Self).ok_or_else(fault);
-        }
-        let Numbers::<3>(numbers) = given.extract()?;
-        if numbers.iter().any(|part| !(0.0..=1e6).contains(part)) {
-            return Err(PyValueError::new_err(format!(
-                "expected linear numbers from 0 to 1e6, found {}",
-                found(&given)
-            )));
-        }
-        Ok(Self(DVec3::from(numbers).as_vec3()))
-    }
-}
-
-impl Argument for Color {
-    fn expected() -> String {
-        "\"#rrggbb\" or three linear numbers".into()
-    }
-}
-
-fn from_hex(text: &str) -> Option<Vec3> {
-    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
-    let part = |i: usize| u8::from_str_radix(digits.get(2 * i..2 * i + 2)?, 16).ok();
-    let bytes = [part(0)?, part(1)?, part(2)?];
-    Some(Vec3::from(bytes.map(|byte| linear_from_srgb(f32::from(byte) / 255.0))))
-}
-
-fn number(name: &str, value: f64, least: f64, most: f64) -> Outcome<f32> {
-    let is_fit = (least..=most).contains(&value);
-    is_fit
-        .then_some(value as f32)
-        .ok_or_else(|| Failure::value(format!("{name}: expected a number from {least} to {most}, found {value}")))
-}
-
-/// Metres.
-pub fn radius(value: f64) -> Outcome<f32> {
-    number("radius", value, 0.0, lights::Light::MOST_RADIUS.into())
-}
-
-/// Degrees, to radians.
-pub fn angle(value: f64) -> Outcome<f32> {
-    number("angle_degrees", value, 0.0, lights::Light::MOST_DEGREES.into()).map(f32::to_radians)
-}
-
-pub fn intensity(given: &Bound<'_, PyAny>) -> PyResult<f32> {
-    Ok(number("intensity", required("intensity", given)?, 0.0, 1e9)?)
-}
-
-/// Metres up to which a light reaches; infinite: no end.
-pub fn range(given: Given<'_, '_>) -> PyResult<f32> {
-    match optional::<f64>("range", given)? {
-        None | Some(f64::INFINITY) => Ok(f32::INFINITY),
-        Some(value) => Ok(number("range", value, 1e-3, 1e6)?),
     }
 }
 
@@ -97,82 +33,71 @@ pub fn refuse_turned(light: &lights::Light, placing: &Placing) -> Outcome<()> {
 }
 
 impl Light {
-    fn painted(self, color: Given<'_, '_>, shadows: Given<'_, '_>) -> PyResult<Self> {
-        let color = optional::<Color>("color", color)?.map_or(Vec3::ONE, |color| color.0);
-        let shadows = optional("shadows", shadows)?.unwrap_or(false);
-        Ok(Self(lights::Light { color, shadows, ..self.0 }))
+    /// Reads the fields of a kind of light, the first of which may be given by their place. `usual`: those that are
+    /// otherwise than in scene files where they are not given.
+    fn of_kind(
+        kind: &'static str,
+        first: &[(&str, Option<&Bound<'_, PyAny>>)],
+        given: Option<&Bound<'_, PyDict>>,
+        usual: impl FnOnce(&mut Value),
+    ) -> PyResult<Self> {
+        let Some(py) =
+            given.map(|given| given.py()).or_else(|| first.iter().find_map(|(_, given)| given.map(Bound::py)))
+        else {
+            return Err(Failure::value("intensity: expected a number").into());
+        };
+        let all = given.map_or_else(|| Ok(PyDict::new(py)), |given| given.copy())?;
+        for (name, value) in first {
+            value.map_or(Ok(()), |value| all.set_item(name, value))?;
+        }
+        let mut arguments = Keywords::new(Some(&all));
+        let is_of_kind = |field: &Field| field.is_of(kind);
+        let whole = |fields| serde_json::from_value::<LightFields>(fields).map(drop).map_err(|error| error.to_string());
+        let mut fields = take(&mut arguments, schema::<LightFields>(), &is_of_kind, &whole)?.into();
+        arguments.finish()?;
+        usual(&mut fields);
+        Ok(Self((&read::<LightDescription>(json!({ kind: fields }))?).into()))
     }
 }
 
 #[pymethods]
 impl Light {
-    /// In all directions from a point. `range`: metres at which it has faded to nothing. `color`: "#rrggbb" in sRGB or
-    /// three linear numbers. `radius`: metres, of what shines; shadows have penumbrae by it.
+    /// In all directions from a point. `range`: metres at which it has faded to nothing. Further keywords are the fields
+    /// that scene files have for point lights (docs/scenes.md), such as `color`, "#rrggbb" in sRGB or three linear
+    /// numbers, `shadows` and `radius`.
     #[staticmethod]
-    #[pyo3(
-        signature = (intensity, range=None, *, color=None, shadows=None, radius=None),
-        text_signature = "(intensity, range=..., *, color=None, shadows=False, radius=0.0)"
-    )]
+    #[pyo3(signature = (intensity, range=None, **fields))]
     fn point(
         intensity: &Bound<'_, PyAny>,
-        range: Given<'_, '_>,
-        color: Given<'_, '_>,
-        shadows: Given<'_, '_>,
-        radius: Given<'_, '_>,
+        range: Option<&Bound<'_, PyAny>>,
+        fields: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let light = lights::Light::point(self::intensity(intensity)?, self::range(range)?);
-        let radius = optional("radius", radius)?.map(self::radius).transpose()?.unwrap_or(light.radius);
-        Self(lights::Light { radius, ..light }).painted(color, shadows)
+        Self::of_kind("point", &[("intensity", Some(intensity)), ("range", range)], fields, |_| {})
     }
 
     /// A cone along its −Z, which looks forward where it is placed with `yaw` and `pitch` 0. `outer_degrees`: half the
-    /// angle of the cone, up to 85; it is full within `inner_degrees`, by default 0.8 of that.
+    /// angle of the cone, up to 85, by default 30; it is full within `inner_degrees`, by default 0.8 of that. Further
+    /// keywords are the fields that scene files have for spot lights (docs/scenes.md).
     #[staticmethod]
-    #[pyo3(
-        signature = (
-            intensity, range=None, *, outer_degrees=None, inner_degrees=None, color=None, shadows=None, radius=None
-        ),
-        text_signature = "(intensity, range=..., *, outer_degrees=30.0, inner_degrees=None, color=None, shadows=False, radius=0.0)"
-    )]
+    #[pyo3(signature = (intensity, range=None, **fields))]
     fn spot(
         intensity: &Bound<'_, PyAny>,
-        range: Given<'_, '_>,
-        outer_degrees: Given<'_, '_>,
-        inner_degrees: Given<'_, '_>,
-        color: Given<'_, '_>,
-        shadows: Given<'_, '_>,
-        radius: Given<'_, '_>,
+        range: Option<&Bound<'_, PyAny>>,
+        fields: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let intensity = self::intensity(intensity)?;
-        let outer_degrees = optional("outer_degrees", outer_degrees)?.unwrap_or(30.0);
-        let inner_degrees = optional("inner_degrees", inner_degrees)?;
-        let outer = number("outer_degrees", outer_degrees, 0.1, 85.0)?.to_radians();
-        let inner = inner_degrees.map(|inner| number("inner_degrees", inner, 0.0, outer_degrees)).transpose()?;
-        let mut light = lights::Light::spot(intensity, self::range(range)?, outer);
-        if let Some(radius) = optional("radius", radius)? {
-            light.radius = self::radius(radius)?;
-        }
-        if let Some(inner) = inner {
-            light.kind = LightKind::Spot { outer, inner: Some(inner.to_radians()), exponent: 0.0 };
-        }
-        Self(light).painted(color, shadows)
+        Self::of_kind("spot", &[("intensity", Some(intensity)), ("range", range)], fields, |fields| {
+            if ["cutoff_degrees", "exponent", "outer_degrees"].iter().all(|name| fields[name].is_null()) {
+                fields["outer_degrees"] = json!(30.0);
+            }
+        })
     }
 
-    /// Parallel light along its −Z, as the sun's. `angle_degrees`: its angular diameter; shadows have penumbrae by it.
+    /// Parallel light along its −Z, as the sun's. Further keywords are the fields that scene files have for directional
+    /// lights (docs/scenes.md), such as `angle_degrees`, its angular diameter, by default 0.53.
     #[staticmethod]
-    #[pyo3(
-        signature = (intensity, *, color=None, shadows=None, angle_degrees=None),
-        text_signature = "(intensity, *, color=None, shadows=False, angle_degrees=0.53)"
-    )]
-    fn directional(
-        intensity: &Bound<'_, PyAny>,
-        color: Given<'_, '_>,
-        shadows: Given<'_, '_>,
-        angle_degrees: Given<'_, '_>,
-    ) -> PyResult<Self> {
-        let light = lights::Light::directional(self::intensity(intensity)?);
-        let angle = optional("angle_degrees", angle_degrees)?.map(self::angle).transpose()?.unwrap_or(light.angle);
-        Self(lights::Light { angle, ..light }).painted(color, shadows)
+    #[pyo3(signature = (intensity, **fields))]
+    fn directional(intensity: &Bound<'_, PyAny>, fields: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        Self::of_kind("directional", &[("intensity", Some(intensity))], fields, |_| {})
     }
 
     fn __repr__(&self) -> String {

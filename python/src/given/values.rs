@@ -4,7 +4,7 @@ use crate::errors::{Failure, Outcome};
 use crate::given::arguments::{Argument, Given, found, items, number, optional};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use relief::glam::{DAffine3, DVec3, Quat, Vec3};
 use relief::systems::space::{FARTHEST, LARGEST, Transform};
@@ -54,25 +54,6 @@ fn flat(given: &Bound<'_, PyAny>, most: usize) -> PyResult<Vec<f64>> {
         }
     }
     Ok(numbers)
-}
-
-/// Width and height, pixels.
-pub struct Size(pub (u32, u32));
-
-impl<'a, 'py> FromPyObject<'a, 'py> for Size {
-    type Error = PyErr;
-
-    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        let sides: Vec<u32> = items(&given)?.take(3).map(|side| side?.extract()).collect::<PyResult<_>>()?;
-        let sides: [u32; 2] = sides.try_into().map_err(|_| PyTypeError::new_err("not two"))?;
-        Ok(Self(sides.into()))
-    }
-}
-
-impl Argument for Size {
-    fn expected() -> String {
-        "(width, height) in whole pixels".into()
-    }
 }
 
 /// A place, metres.

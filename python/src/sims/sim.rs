@@ -3,7 +3,7 @@
 use crate::captures::capture::Capture;
 use crate::errors::{Failure, Outcome};
 use crate::given::arguments::{Bytes, Given, optional, required};
-use crate::given::fields;
+use crate::given::described;
 use crate::worlds::world::{Scene, Shared, World};
 use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
@@ -93,7 +93,7 @@ impl Sim {
         environment: Given<'_, '_>,
     ) -> PyResult<Self> {
         let step_seconds = optional::<f64>("step_seconds", step_seconds)?;
-        let overrides = fields::overrides(step_seconds, [("geo_origin", geo_origin), ("environment", environment)])?;
+        let overrides = described::overrides(step_seconds, [("geo_origin", geo_origin), ("environment", environment)])?;
         let (scene, seed) = (optional::<PathBuf>("scene", scene)?, optional::<u64>("seed", seed)?);
         crate::worlds::device::check_process()?;
         let scene = scene.map_or_else(|| field(py), Ok)?;

@@ -2,7 +2,7 @@
 
 use crate::entities::classes::wrap_as;
 use crate::entities::entity::{Entity, Kind};
-use crate::entities::mounting::{CameraArguments, add_gnss, add_imu, add_lidar};
+use crate::entities::mounting::add_sensor;
 use crate::errors::{Failure, Outcome};
 use crate::given::arguments::{Given, optional, required, wrong_type};
 use crate::given::light::{Light, refuse_turned};
@@ -213,61 +213,15 @@ impl Sim {
         wrap_as(py, &self.shared, id, Kind::Other)
     }
 
-    /// A camera in the scene. Keywords: `at` metres, `yaw`, `pitch` and `roll` radians, or `look_at`; `size` (width,
-    /// height) pixels; `K` as (fx, fy, cx, cy) or a matrix (3, 3), with `distortion` (OpenCV's k1 k2 p1 p2 k3 k4 k5 k6)
-    /// or `fisheye` (k1 to k4, `largest_degrees` from the axis), or `fov_y_degrees` or
-    /// `fov_x_degrees`, or `half_height` metres of a parallel projection; `near`, `far` metres; `outputs`; `samples` of
-    /// colours, 1 or 4; `exposure`: a factor, "scene", "metered" or {"metered": {"key": 0.18, "stops": 8}}; `noise`: a
-    /// dict as `Sensor.noise` has it, whose defaults fill in what is left out; `every` and `phase`, steps. Raises
-    /// ValueError.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_camera(
+    /// Puts a sensor of a kind into the scene.
+    #[pyo3(signature = (kind, name, arguments))]
+    fn _add_sensor(
         &self,
         py: Python<'_>,
+        kind: &str,
         name: &Bound<'_, PyAny>,
         arguments: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Py<PyAny>> {
-        CameraArguments::read(arguments)?.add(py, &self.shared, name, None)
-    }
-
-    /// A lidar in the scene. Keywords: as `add_camera` for its place and rate; `beams` "vlp16", "hdl32", "hdl64",
-    /// "os1_64" or "os1_128", {"grid": {"rows", "horizontal_degrees", "vertical_degrees"}}, or {"list": […]} of dicts
-    /// with `elevation_degrees` and perhaps `azimuth_degrees`, `height` metres and `delay` seconds; `hz` revolutions a
-    /// second; `columns` a revolution; `range` (least, most) metres; `attenuation` per metre; `sweep`; `range_sigma`
-    /// metres,
-    /// `drop_rate`, `drop_below`. Raises ValueError.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_lidar(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        add_lidar(py, &self.shared, name, None, arguments)
-    }
-
-    /// An inertial measurement unit in the scene. Keywords: as `add_camera` for its place and rate;
-    /// `accelerometer_density` m/s²/√Hz, `gyroscope_density` rad/s/√Hz; `accelerometer_bias` m/s² and `gyroscope_bias`
-    /// rad/s, three numbers each, in the sensor's axes.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_imu(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        add_imu(py, &self.shared, name, None, arguments)
-    }
-
-    /// A receiver of satellite navigation in the scene, which needs a geo_origin. Keywords: as `add_camera` for its
-    /// place and rate; `horizontal_sigma`, `vertical_sigma` metres, `velocity_sigma` m/s.
-    #[pyo3(signature = (name, **arguments))]
-    fn add_gnss(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        arguments: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Py<PyAny>> {
-        add_gnss(py, &self.shared, name, None, arguments)
+        add_sensor(py, &self.shared, kind, name, None, arguments)
     }
 }

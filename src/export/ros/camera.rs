@@ -91,7 +91,9 @@ impl Distortion {
                 }
             }
             Lens::KannalaBrandt { coefficients, .. } => Self::Equidistant(coefficients),
-            Lens::FieldOfView { .. } | Lens::Pinhole(_) | Lens::Orthographic { .. } => Self::PlumbBob([0.0; 5]),
+            Lens::FieldOfView { .. } | Lens::FieldOfViewX { .. } | Lens::Pinhole(_) | Lens::Orthographic { .. } => {
+                Self::PlumbBob([0.0; 5])
+            }
         }
     }
 

@@ -3,10 +3,7 @@
 use super::walk::Check;
 use crate::scene::format::cells::{Cell, Door, OUTSIDE_NAME, Portal};
 use crate::scene::text::faults::unknown;
-use crate::scene::text::places::Step;
-
-/// Corners of a portal.
-const MOST_CORNERS: usize = 64;
+use systems::describe::Step;
 
 impl<'a> Check<'a> {
     pub(super) fn cells(&mut self) {
@@ -51,12 +48,7 @@ impl<'a> Check<'a> {
         if portal.between[0] == portal.between[1] {
             self.field("between", |c| c.fault("expected two different cells"));
         }
-        if !(3..=MOST_CORNERS).contains(&portal.polygon.len()) {
-            let message = format!("expected from 3 to {MOST_CORNERS} corners, found {}", portal.polygon.len());
-            self.field("polygon", |c| c.fault(message));
-        }
-        portal.polygon.iter().for_each(|corner| self.position("polygon", corner));
-        self.number("open", portal.open, 0.0, 1.0);
+        self.described(portal);
         if let Some(door) = &portal.door {
             self.field("door", |c| c.door(door));
         }
@@ -80,10 +72,6 @@ impl<'a> Check<'a> {
                 self.field("leaf", |c| c.fault("expected a leaf of its own: another door moves it, too"));
             }
         }
-        self.number("swing_degrees", door.swing_degrees, -180.0, 180.0);
-        self.numbers("slide", &door.slide, -1e3, 1e3);
-        self.number("period_seconds", door.period_seconds, 0.0, 1e6);
-        self.number("phase_seconds", door.phase_seconds, -1e6, 1e6);
         if door.leaf.is_none() && (door.swing_degrees != 0.0 || door.slide != [0.0; 3]) {
             self.fault("expected `leaf` beside swing_degrees and slide");
         }

@@ -5,8 +5,8 @@ use crate::scene::format::entities::{self, Camera, Entity, Transform};
 use crate::scene::format::surfaces::MeshSource;
 use crate::scene::read::files;
 use crate::scene::text::faults::unknown;
-use crate::scene::text::places::Step;
 use glam::{Affine3A, DVec3};
+use systems::describe::Step;
 use systems::space::FARTHEST;
 
 /// About: a body, wheels and lamps.
@@ -36,7 +36,7 @@ impl<'a> Check<'a> {
             self.no_shadow(e, meshes.is_empty());
         }
         if let Some(light) = &e.light {
-            self.field("light", |c| c.light(light));
+            self.field("light", |c| c.described(light));
         }
         if let Some(camera) = &e.camera {
             self.field("camera", |c| c.camera(camera));

@@ -28,7 +28,7 @@ impl<'a> Check<'a> {
         }
         self.each("meshes", &g.meshes, |c, mesh| c.known_mesh(mesh));
         self.each("materials", &g.materials, |c, material| c.known_material(material));
-        self.each("lights", &g.lights, Self::light);
+        self.each("lights", &g.lights, Self::described);
         self.numbers("random_scale", &g.random_scale, SIZES.0, SIZES.1);
         let [least, most] = g.random_scale;
         if least > most {

@@ -7,9 +7,7 @@
 mod cells;
 mod entities;
 mod generators;
-mod lenses;
 mod lights;
-mod motion_sensors;
 pub mod names;
 #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 mod physical;

@@ -2,9 +2,10 @@
 
 use crate::scene::format::entities::Entity;
 use crate::scene::format::scene::Scene;
-use crate::scene::text::faults::{Fault, Trail};
-use crate::scene::text::places::{self, Step};
+use crate::scene::text::places;
 use std::collections::HashMap;
+use systems::describe::Step;
+use systems::describe::{Fault, Trail};
 
 /// Places of a name that are told. Each is found by reading the text once more.
 const PLACES_SHOWN: usize = 8;

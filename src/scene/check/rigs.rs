@@ -8,10 +8,10 @@ use crate::scene::format::scene::Scene;
 use crate::scene::read::custom_fields::SceneFields;
 use crate::scene::read::files::Files;
 use crate::scene::read::rigs::{is_rig, read_one};
-use crate::scene::text::faults::Fault;
 use crate::scene::text::file::placed;
-use crate::scene::text::places::Step;
 use std::path::Path;
+use systems::describe::Fault;
+use systems::describe::Step;
 
 /// Faults of the rigs of a scene, each at the place that takes it.
 pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {

@@ -5,8 +5,8 @@ use super::walk::{Check, SIZES};
 use crate::scene::format::entities::Entity;
 use crate::scene::format::roads::{Along, Route, Signal, Stop, Vehicle};
 use crate::scene::text::faults::unknown;
-use crate::scene::text::places::Step;
 use std::fmt::Display;
+use systems::describe::Step;
 use systems::space::FARTHEST;
 use systems::vehicles::FASTEST;
 

@@ -1,11 +1,11 @@
 //! A whole scene: one walk over the file collects every fault with its place.
 
 use super::sensor_names;
-use super::walk::{BRIGHTEST, Check, MOST_ENTITIES, SIZES};
+use super::walk::{Check, MOST_ENTITIES, SIZES};
 use crate::scene::format::generators::Generator;
 use crate::scene::format::scene::Scene;
 use crate::scene::read::files::Files;
-use crate::scene::text::faults::Fault;
+use systems::describe::Fault;
 
 /// Seconds: a longer step of drivers and physics would be computed for minutes, and shows nothing of them.
 const LONGEST_WITH_VEHICLES: f64 = 1.0;
@@ -29,23 +29,15 @@ impl Check<'_> {
         self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
         self.lights(scene.lights.as_ref());
         scene.origin.iter().for_each(|origin| self.position("origin", origin));
-        scene.geo_origin.iter().for_each(|origin| self.geo_origin(origin));
-        self.field("environment", |c| {
-            let e = &scene.environment;
-            c.color("ambient", e.ambient, BRIGHTEST);
-            c.color("zenith", e.zenith, BRIGHTEST);
-            c.color("horizon", e.horizon, BRIGHTEST);
-            c.color("ground", e.ground, BRIGHTEST);
-            c.number("exposure", e.exposure, 0.0, 1e6);
-        });
+        scene.geo_origin.iter().for_each(|origin| self.field("geo_origin", |c| c.described(origin)));
+        self.field("environment", |c| c.described(&scene.environment));
         self.field("clock", |c| {
-            c.number("step_seconds", scene.clock.step_seconds as f32, 1e-6, 1e3);
+            c.described(&scene.clock);
             let (seconds, most) = (scene.clock.step_seconds, LONGEST_WITH_VEHICLES);
             if seconds > most && has_vehicles(scene) {
                 let message = format!("expected at most {most} where vehicles drive, found {seconds}");
                 c.field("step_seconds", |c| c.fault(message));
             }
-            c.number("speed", scene.clock.speed as f32, 0.0, 1e3);
         });
         self.field("materials", |c| {
             c.entries(&scene.materials, Self::material);

@@ -4,9 +4,9 @@ use crate::scene::format::entities::Entity;
 use crate::scene::format::generators::{Generator, Place};
 use crate::scene::format::scene::Scene;
 use crate::scene::format::surfaces::MeshSource;
-use crate::scene::text::faults::{Fault, Trail};
-use crate::scene::text::places::Step;
 use std::collections::HashMap;
+use systems::describe::Step;
+use systems::describe::{Fault, Trail};
 
 /// A fault for each sensor whose full name an earlier one has, in the order of the file. What is attached to nodes of
 /// models is left out: these may be things with names of their own.

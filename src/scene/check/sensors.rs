@@ -1,14 +1,10 @@
 //! Sensors, and the classes of what they see.
 
-use super::lenses::LARGEST_PICTURE;
-use super::walk::{Check, SIZES};
-use crate::scene::format::sensors::{self, CameraSensor, Class, Sensor, classes};
+use super::walk::Check;
+use crate::scene::format::sensors::{Class, Mounted, classes};
 use crate::scene::format::values::Named;
 use crate::scene::text::faults::unknown;
-use crate::scene::text::places::Step;
-
-/// Steps.
-const SLOWEST: u32 = systems::sensors::Sensor::SLOWEST;
+use systems::sensors::SensorKind;
 
 impl Check<'_> {
     pub fn classes(&mut self, classes: &Named<Class>) {
@@ -19,14 +15,11 @@ impl Check<'_> {
                 if is_taken {
                     c.fault("reserved name: what has no class is called so, with id 0");
                 }
-                if class.id == 0 {
-                    c.field("id", |c| c.fault("expected a number from 1 to 255: 0 is what has no class"));
-                }
                 let same = classes.entries().iter().take_while(|(_, other)| !std::ptr::eq(other, class));
                 if let Some((name, _)) = same.into_iter().find(|(_, other)| other.id == class.id) {
                     c.field("id", |c| c.fault(format_args!("duplicate id {}: class {name:?} has it", class.id)));
                 }
-                c.color("color", class.color, 1.0);
+                c.described(class);
             });
         });
     }
@@ -40,61 +33,24 @@ impl Check<'_> {
         }
     }
 
-    pub fn sensor(&mut self, sensor: &Sensor, is_named: bool) {
+    pub fn sensor(&mut self, Mounted(sensor): &Mounted, is_named: bool) {
         if !is_named {
             self.fault("expected the entity to have a name, by which outputs call the sensor");
         }
-        match sensor {
-            Sensor::Camera(camera) => self.camera_sensor(camera),
-            Sensor::Lidar(lidar) => {
-                self.rate(lidar.every, lidar.phase);
-                let lidar_sensor = lidar.lidar();
-                if let Err(message) = lidar_sensor.check() {
-                    return self.fault(message);
-                }
-                let seconds = self.scene.clock.step_seconds * f64::from(lidar.every);
-                if let Err(message) = lidar_sensor.check_beams(seconds) {
-                    self.fault(message);
-                }
+        let faults = sensor.faults();
+        self.within(&faults);
+        match &sensor.kind {
+            SensorKind::Lidar(lidar) if faults.is_empty() => {
+                let seconds = self.scene.clock.step_seconds * f64::from(sensor.every);
+                lidar.check_beams(seconds).unwrap_or_else(|message| self.fault(message));
             }
-            other => self.motion_sensor(&sensors::sensor(other)),
-        }
-    }
-
-    pub fn rate(&mut self, every: u32, phase: u32) {
-        if !(1..=SLOWEST).contains(&every) {
-            self.field("every", |c| c.fault(format_args!("expected steps from 1 to {SLOWEST}, found {every}")));
-        } else if phase >= every {
-            let message = format!("expected less than every, which is {every}, found {phase}");
-            self.field("phase", |c| c.fault(message));
-        }
-    }
-
-    fn camera_sensor(&mut self, camera: &CameraSensor) {
-        self.field("size", |c| {
-            for (i, side) in camera.size.into_iter().enumerate() {
-                if !(1..=LARGEST_PICTURE).contains(&side) {
-                    let message = format!("expected pixels from 1 to {LARGEST_PICTURE}, found {side}");
-                    c.inside(Step::Index(i), "", |c| c.fault(message));
-                }
+            SensorKind::Gnss(_) if self.scene.geo_origin.is_none() => {
+                self.fault("expected the scene to have a geo_origin: where on Earth it is");
             }
-        });
-        self.number("near", camera.near, SIZES.0, SIZES.1);
-        if let Some(far) = camera.far
-            && !(far > camera.near && far <= 1e9)
-        {
-            self.field("far", |c| c.fault(format_args!("expected more than near, at most 1e9, found {far}")));
+            SensorKind::Collision(_) | SensorKind::Lane(_) if !cfg!(feature = "vehicles") => {
+                self.fault("this build has no vehicles (feature `vehicles`)");
+            }
+            _ => {}
         }
-        self.field("lens", |c| c.lens(&camera.lens, camera.size));
-        if camera.outputs.is_empty() {
-            self.field("outputs", |c| c.fault("expected at least one output"));
-        }
-        if ![1, 4].contains(&camera.samples) {
-            self.field("samples", |c| c.fault(format_args!("expected 1 or 4, found {}", camera.samples)));
-        }
-        if let Err(message) = camera.camera().check_light() {
-            self.fault(message);
-        }
-        self.rate(camera.every, camera.phase);
     }
 }

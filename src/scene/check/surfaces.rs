@@ -1,8 +1,9 @@
 //! Materials and meshes.
 
-use super::walk::{BRIGHTEST, Check, SIZES};
+use super::walk::{Check, SIZES};
 use crate::scene::format::surfaces::{Material, MeshSource, Sampler, Uv};
 use crate::scene::text::faults::unknown;
+use systems::assets::color_text::BRIGHTEST;
 
 /// Segments of a procedural mesh in one direction.
 const MOST_SEGMENTS: u32 = 1024;

@@ -3,18 +3,17 @@
 #[cfg(feature = "vehicles")]
 use super::route_lengths::driven_length;
 use crate::scene::format::scene::Scene;
-use crate::scene::format::values::{Color, Named, Scale};
+use crate::scene::format::values::{Named, Scale};
 use crate::scene::read::files::Files;
-use crate::scene::text::faults::{Fault, Trail, unknown};
-use crate::scene::text::places::Step;
+use crate::scene::text::faults::unknown;
 use glam::{Affine3A, Vec3};
 use std::fmt::Display;
+use systems::assets::color_text::Color;
+use systems::describe::{Described, Fault, Step, Trail, faults};
 use systems::space::{FARTHEST, LARGEST};
 
 /// Metres; also factors of scale.
 pub const SIZES: (f32, f32) = (1e-5, LARGEST as f32);
-/// Largest component of a colour, and largest intensity.
-pub const BRIGHTEST: f32 = 1e9;
 /// Entities of a scene.
 pub const MOST_ENTITIES: u64 = 4_000_000;
 
@@ -49,6 +48,16 @@ impl<'a> Check<'a> {
 
     pub fn fault(&mut self, message: impl Display) {
         self.faults.push(self.at.fault(message));
+    }
+
+    /// Faults of a value that is described on itself.
+    pub fn described<T: Described>(&mut self, value: &T) {
+        self.within(&faults(value));
+    }
+
+    /// Faults of the value here, by their places in it.
+    pub fn within(&mut self, faults: &[Fault]) {
+        self.faults.extend(faults.iter().map(|fault| self.at.around(fault)));
     }
 
     pub fn inside(&mut self, step: Step, key: &str, check: impl FnOnce(&mut Self)) {

@@ -1,12 +1,13 @@
 //! Entities: their places, cameras, and what else is on them. Lights, sensors and vehicles are beside this.
 
 use super::custom::{self, Custom};
-use super::lights::{Light, Lights};
+use super::lights::Lights;
 use super::roads::{SignalHead, Vehicle};
-use super::sensors::Sensor;
+use super::sensors::Mounted;
 use super::values::{Scale, place};
 use glam::{EulerRot, Quat, Vec3};
 use serde::{Deserialize, Deserializer};
+use systems::lights::LightDescription;
 use systems::{draw, space};
 
 /// One entity, or one kind of entity for a generator. `node` counts only within `attach`.
@@ -20,9 +21,9 @@ pub struct Entity {
     pub material: Option<String>,
     pub piece_metres: Option<f32>,
     pub lights: Option<Lights>,
-    pub light: Option<Light>,
+    pub light: Option<LightDescription>,
     pub camera: Option<Camera>,
-    pub sensor: Option<Sensor>,
+    pub sensor: Option<Mounted>,
     pub class: Option<String>,
     pub instance: Option<bool>,
     pub spin: Option<Spin>,

@@ -1,9 +1,9 @@
 //! Generators: many copies of one kind of entity, and where these are.
 
 use super::entities::Entity;
-use super::lights::Light;
 use super::roads::Along;
 use serde::Deserialize;
+use systems::lights::LightDescription;
 
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
@@ -18,7 +18,7 @@ pub struct Generator {
     #[serde(default)]
     pub materials: Vec<String>,
     #[serde(default)]
-    pub lights: Vec<Light>,
+    pub lights: Vec<LightDescription>,
     #[serde(default)]
     pub vehicles: Vec<String>,
     #[serde(default)]

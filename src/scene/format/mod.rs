@@ -6,11 +6,10 @@
 
 pub mod cells;
 pub mod custom;
+pub mod earth;
 pub mod entities;
 pub mod generators;
-pub mod lenses;
 pub mod lights;
-pub mod motion_sensors;
 pub mod rigs;
 #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 pub mod roads;

@@ -1,8 +1,8 @@
 //! Rigs as a scene has them once they have been read: entities below those that take them.
 
 use super::entities::Entity;
-use crate::scene::text::faults::Trail;
 use std::path::PathBuf;
+use systems::describe::Trail;
 
 /// The rigs of a scene, in the order in which it takes them first.
 #[derive(Debug, Default)]

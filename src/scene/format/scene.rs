@@ -2,16 +2,19 @@
 
 use super::cells::{Cell, Portal};
 use super::custom::{self, Custom};
+use super::earth::GeoOrigin;
 use super::entities::Entity;
 use super::generators::Generator;
 use super::lights::Lights;
-use super::motion_sensors::GeoOrigin;
 use super::rigs::Rigs;
 use super::roads::{Route, Signal, Traffic};
 use super::sensors::Class;
 use super::surfaces::{Material, MeshSource};
-use super::values::{Color, Named, names, one_of};
-use serde::{Deserialize, Deserializer};
+use super::values::Named;
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
+use systems::assets::color_text::Color;
+use systems::describe::Described;
 use systems::{draw, ecs};
 
 /// A whole file.
@@ -78,22 +81,26 @@ impl Default for Scene {
     }
 }
 
-#[derive(Deserialize, Clone, Debug)]
+/// Light from all sides, the sky, and how pictures are made of light.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Environment {
+    /// Light that every surface receives from all sides.
     pub ambient: Color,
+    /// Sky straight up.
     pub zenith: Color,
+    /// Sky at the horizon.
     pub horizon: Color,
+    /// Sky below the horizon.
     pub ground: Color,
+    /// Factor of linear colours before the tone map.
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub exposure: f32,
-    #[serde(deserialize_with = "tone_map")]
+    /// Curve from linear colours to those of a picture.
     pub tone_map: draw::ToneMap,
 }
 
-fn tone_map<'de, D: Deserializer<'de>>(deserializer: D) -> Result<draw::ToneMap, D::Error> {
-    const NAMES: [&str; draw::ToneMap::ALL.len()] = names(&draw::ToneMap::ALL);
-    one_of(&draw::ToneMap::ALL, &NAMES, deserializer)
-}
+impl Described for Environment {}
 
 impl Default for Environment {
     fn default() -> Self {
@@ -109,13 +116,21 @@ impl Default for Environment {
     }
 }
 
-#[derive(Deserialize, Debug)]
+/// Fixed steps of the simulation, and how fast a window shows them.
+#[derive(Serialize, Deserialize, JsonSchema, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Clock {
+    /// Length of a step.
+    #[schemars(range(min = 1e-6, max = 1000.0), extend("unit" = "s"))]
     pub step_seconds: f64,
+    /// Simulated seconds in a second of a window.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub speed: f64,
+    /// Stands still until it is told to go on.
     pub paused: bool,
 }
+
+impl Described for Clock {}
 
 impl Default for Clock {
     fn default() -> Self {

@@ -1,117 +1,79 @@
-//! Sensors: how they are written, and what they become; and the classes that outputs have for what is seen.
+//! Sensors with their rate, and the classes that outputs have for what is seen. What a sensor of a kind is stands on its
+//! settings in [`systems::sensors`].
 
-use super::lenses::{Lens, lens};
-use super::motion_sensors::{CollisionSensor, GnssSensor, ImuSensor, LaneSensor};
-use super::values::{Color, Named, names, one_of};
-use serde::{Deserialize, Deserializer};
+use super::custom::{Others, beside};
+use super::values::Named;
+use crate::scene::text::faults::suggestion;
+use schemars::JsonSchema;
+use serde::de::{Error, MapAccess};
+use serde::{Deserialize, Deserializer, Serialize};
 use systems::assets::color::srgb_from_linear;
-use systems::sensors::{self, Beams, CameraOutput, ClassInfo, Classes, Exposure, ImageNoise, LidarNoise, SensorKind};
+use systems::assets::color_text::Color;
+use systems::describe::{Described, field_names};
+use systems::sensors::{ClassInfo, Classes, Rate, Sensor, SensorKind};
 
-#[derive(Deserialize, Debug)]
-#[serde(rename_all = "snake_case")]
-pub enum Sensor {
-    Camera(CameraSensor),
-    Lidar(LidarSensor),
-    Imu(ImuSensor),
-    Gnss(GnssSensor),
-    Collision(CollisionSensor),
-    Lane(LaneSensor),
+/// A sensor as a file has it: `lidar(hz: 10, every: 6)`.
+#[derive(Debug)]
+pub struct Mounted(pub Sensor);
+
+impl<'de> Deserialize<'de> for Mounted {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (kind, RateBeside { every, phase }) = beside(deserializer, |inner| SensorKind::deserialize(inner))?;
+        let usual = Rate::default();
+        Ok(Self(Sensor { kind, every: every.unwrap_or(usual.every), phase: phase.unwrap_or(usual.phase) }))
+    }
 }
 
-#[derive(Deserialize, Debug)]
-#[serde(default, deny_unknown_fields)]
-pub struct CameraSensor {
-    pub size: [u32; 2],
-    pub lens: Lens,
-    pub near: f32,
-    pub far: Option<f32>,
-    #[serde(deserialize_with = "outputs")]
-    pub outputs: Vec<CameraOutput>,
-    pub samples: u32,
-    pub exposure: Exposure,
-    pub noise: Option<ImageNoise>,
-    pub every: u32,
-    pub phase: u32,
+/// The fields of [`Rate`] among those of a kind of sensor.
+#[derive(Default)]
+struct RateBeside {
+    every: Option<u32>,
+    phase: Option<u32>,
 }
 
-impl Default for CameraSensor {
-    fn default() -> Self {
-        let camera = sensors::CameraSensor::default();
-        Self {
-            size: camera.size.into(),
-            lens: Lens::default(),
-            near: camera.near,
-            far: None,
-            outputs: camera.outputs.iter().map(|(_, output)| output).collect(),
-            samples: camera.samples,
-            exposure: camera.exposure,
-            noise: camera.noise,
-            every: 1,
-            phase: 0,
+impl Others for RateBeside {
+    fn take<'de, A: MapAccess<'de>>(
+        &mut self,
+        name: String,
+        own: &'static [&'static str],
+        map: &mut A,
+    ) -> Result<(), A::Error> {
+        let names = field_names::<Rate>();
+        let (field, name) = match names.iter().position(|known| *known == name) {
+            Some(0) => (&mut self.every, names[0]),
+            Some(_) => (&mut self.phase, names[1]),
+            None => {
+                let known: Vec<&str> = own.iter().chain(names).copied().collect();
+                return Err(A::Error::custom(format!("unknown field {name:?}{}", suggestion(&name, &known))));
+            }
+        };
+        if field.replace(map.next_value()?).is_some() {
+            return Err(A::Error::duplicate_field(name));
         }
-    }
-}
-
-impl CameraSensor {
-    /// Without its rate.
-    pub fn camera(&self) -> sensors::CameraSensor {
-        let Self { near, samples, exposure, noise, .. } = *self;
-        let size = self.size.into();
-        let lens = lens(&self.lens, size);
-        let far = self.far.unwrap_or(match lens {
-            // A parallel projection has to end somewhere.
-            sensors::Lens::Orthographic { .. } => near + 1000.0,
-            _ => f32::INFINITY,
-        });
-        let outputs = self.outputs.iter().copied().collect();
-        sensors::CameraSensor { size, lens, near, far, outputs, samples, exposure, noise }
-    }
-}
-
-/// Its fields are those of [`sensors::LidarSensor`].
-#[derive(Deserialize, Debug)]
-#[serde(default, deny_unknown_fields)]
-pub struct LidarSensor {
-    pub beams: Beams,
-    pub hz: f32,
-    pub columns: u32,
-    pub range: [f32; 2],
-    pub attenuation: f32,
-    pub sweep: bool,
-    pub noise: LidarNoise,
-    pub every: u32,
-    pub phase: u32,
-}
-
-impl Default for LidarSensor {
-    fn default() -> Self {
-        let sensors::LidarSensor { beams, hz, columns, range, attenuation, sweep, noise } =
-            sensors::LidarSensor::default();
-        Self { beams, hz, columns, range: range.into(), attenuation, sweep, noise, every: 1, phase: 0 }
-    }
-}
-
-impl LidarSensor {
-    /// Without its rate.
-    pub fn lidar(&self) -> sensors::LidarSensor {
-        let Self { hz, columns, attenuation, sweep, noise, .. } = *self;
-        let (beams, range) = (self.beams.clone(), self.range.into());
-        sensors::LidarSensor { beams, hz, columns, range, attenuation, sweep, noise }
+        Ok(())
     }
 }
 
 /// A semantic class of a scene's own.
-#[derive(Deserialize, Debug)]
+#[derive(Serialize, Deserialize, JsonSchema, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct Class {
+    /// Number of the class in outputs; 0 is what has no class.
+    #[schemars(range(min = 1))]
     pub id: u8,
+    /// Colour in pictures of labels.
     #[serde(default = "black")]
+    #[schemars(extend("maximum" = 1))]
     pub color: Color,
+    /// Counted one by one, as vehicles and persons are.
     #[serde(default)]
     pub thing: bool,
+    /// Number of the class in training; 255: left out.
     #[serde(default = "not_trained")]
     pub train_id: u8,
 }
+
+impl Described for Class {}
 
 fn black() -> Color {
     Color::linear(glam::Vec3::ZERO)
@@ -119,35 +81,6 @@ fn black() -> Color {
 
 fn not_trained() -> u8 {
     255
-}
-
-#[derive(Deserialize)]
-#[serde(transparent)]
-struct Output(#[serde(deserialize_with = "output")] CameraOutput);
-
-fn output<'de, D: Deserializer<'de>>(deserializer: D) -> Result<CameraOutput, D::Error> {
-    const NAMES: [&str; CameraOutput::ALL.len()] = names(&CameraOutput::ALL);
-    one_of(&CameraOutput::ALL, &NAMES, deserializer)
-}
-
-fn outputs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<CameraOutput>, D::Error> {
-    Ok(Vec::<Output>::deserialize(deserializer)?.into_iter().map(|Output(output)| output).collect())
-}
-
-/// A sensor as a component.
-pub fn sensor(source: &Sensor) -> sensors::Sensor {
-    match source {
-        Sensor::Camera(source) => {
-            sensors::Sensor { kind: SensorKind::Camera(source.camera()), every: source.every, phase: source.phase }
-        }
-        Sensor::Lidar(source) => {
-            sensors::Sensor { kind: SensorKind::Lidar(source.lidar()), every: source.every, phase: source.phase }
-        }
-        Sensor::Imu(source) => source.sensor(),
-        Sensor::Gnss(source) => source.sensor(),
-        Sensor::Collision(source) => source.sensor(),
-        Sensor::Lane(source) => source.sensor(),
-    }
 }
 
 /// A scene's classes; those of Cityscapes where it has none of its own.

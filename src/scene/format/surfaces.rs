@@ -1,10 +1,11 @@
 //! Appearance of surfaces: materials, their maps, and meshes.
 
-use super::values::{Color, Scale, names, one_of};
+use super::values::{Scale, names, one_of};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
+use systems::assets::color_text::Color;
 use systems::assets::{self, AlphaMode, Filter, MAP_COUNT, MipFilter, Shading, Technique, Wrap};
 
 fn technique<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Technique, D::Error> {

@@ -1,9 +1,10 @@
 //! A file of vehicle types as serde reads it; `docs/vehicles.md` says what every field means.
 
 use super::entities::Transform;
-use super::lights::Light;
-use super::values::{Color, Named};
+use super::values::Named;
 use serde::Deserialize;
+use systems::assets::color_text::Color;
+use systems::lights::LightDescription;
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::types::{self as lib, Limits};
 
@@ -163,7 +164,7 @@ pub struct Lamps {
     pub nodes: Vec<String>,
     pub kind: LampKind,
     #[serde(default)]
-    pub light: Option<Light>,
+    pub light: Option<LightDescription>,
     #[serde(default)]
     pub shadows: bool,
     #[serde(default)]

@@ -7,13 +7,15 @@
 use crate::scene::format::custom::{Custom, Field, Value};
 use crate::scene::format::entities::Entity as Source;
 use crate::scene::format::scene::Scene;
-use crate::scene::text::faults::{Fault, Trail, suggestion};
+use crate::scene::text::faults::suggestion;
 use crate::scene::text::parse::from_ron;
-use crate::scene::text::places::{self, Step};
+use crate::scene::text::places;
 use crate::scene::text::slips::{self, Slip};
 use bevy_ecs::prelude::*;
 use ron::error::SpannedError;
 use serde::de::DeserializeOwned;
+use systems::describe::Step;
+use systems::describe::{Fault, Trail};
 
 /// A field of entities in scene files: at their top level, in `children`, in `attach`, and in generators, where each
 /// copy gets the value.

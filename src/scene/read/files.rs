@@ -4,11 +4,12 @@ use crate::import::{self, Model, Node};
 use crate::scene::format::scene::Scene;
 use crate::scene::format::sensors;
 use crate::scene::format::surfaces::{MapSource, Material, MeshSource};
-use crate::scene::text::faults::{Fault, Trail, unknown};
-use crate::scene::text::places::Step;
+use crate::scene::text::faults::unknown;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use systems::assets::{AlphaMode, ImageId, ImageKind, Library};
+use systems::describe::Step;
+use systems::describe::{Fault, Trail};
 
 /// Contents of a scene's files. A file that failed has a [`Fault`] and is absent.
 #[derive(Default)]

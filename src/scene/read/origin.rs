@@ -6,9 +6,9 @@
 
 use crate::scene::format::entities::{self, Entity};
 use crate::scene::format::generators::{Generator, Place, Region};
-use crate::scene::format::lights::Light;
 use crate::scene::format::scene::Scene;
 use glam::{Affine3A, DVec3};
+use systems::lights::LightDescription;
 use systems::space::origin::{PRECISE, spacing};
 
 /// Metres from the middle of a scene within which its origin is chosen, if something in it is as near.
@@ -73,7 +73,7 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
 fn looks_far(index: usize, entity: &Entity) -> Option<String> {
     let what = match &entity.light {
         _ if entity.camera.is_some() => "camera",
-        Some(Light::Spot(_)) => "light",
+        Some(LightDescription::Spot(_)) => "light",
         _ => return None,
     };
     let target = entity.transform.look_at.filter(|_| entity.transform.translation.is_none())?;

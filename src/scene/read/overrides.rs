@@ -1,6 +1,6 @@
 //! Values of a program in the place of some of a scene file's own fields.
 
-use crate::scene::format::motion_sensors::GeoOrigin;
+use crate::scene::format::earth::GeoOrigin;
 use crate::scene::format::scene::{Environment, Scene};
 use serde::Deserialize;
 

@@ -9,11 +9,11 @@ use crate::problem::Problem;
 use crate::scene::format::entities::Entity;
 use crate::scene::format::rigs::{Rig, Rigs};
 use crate::scene::format::scene::Scene;
-use crate::scene::text::faults::{Fault, Trail};
 use crate::scene::text::file::{placed, problem, read_text, slip_problem};
 use crate::scene::text::parse::parse;
-use crate::scene::text::places::Step;
 use std::path::Path;
+use systems::describe::Step;
+use systems::describe::{Fault, Trail};
 
 /// Tells if a file is a rig and not a scene: it ends in `.rig.ron`.
 pub fn is_rig(path: &Path) -> bool {

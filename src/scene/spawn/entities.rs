@@ -6,13 +6,13 @@ use super::spawner::Spawner;
 use super::{physical, vehicles};
 use crate::import::Model;
 use crate::scene::format::entities::{Entity as Source, camera};
-use crate::scene::format::{lights, sensors};
+use crate::scene::format::sensors::Mounted;
 use crate::scene::read::items::Shape;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3};
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
-use systems::lights::NoShadow;
+use systems::lights::{Light, NoShadow};
 use systems::sensors::{Classes, Instance};
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
@@ -50,7 +50,7 @@ impl Spawner<'_> {
         }
         if let Some(source) = placement.light {
             self.found.has_lights = true;
-            self.world.entity_mut(entity).insert(lights::light(source));
+            self.world.entity_mut(entity).insert(Light::from(source));
         }
         if let Some(spin) = &source.spin {
             self.world.entity_mut(entity).insert(Spin {
@@ -79,8 +79,8 @@ impl Spawner<'_> {
             self.world.entity_mut(entity).insert((camera(source), Name::new(name.clone())));
             self.found.cameras.push((name, entity));
         }
-        if let Some(source) = &source.sensor {
-            self.world.entity_mut(entity).insert(sensors::sensor(source));
+        if let Some(Mounted(sensor)) = &source.sensor {
+            self.world.entity_mut(entity).insert(sensor.clone().resolved());
         }
         if let Some(class) = source.class.as_ref().and_then(|name| self.world.resource::<Classes>().find(name)) {
             self.world.entity_mut(entity).insert(class);

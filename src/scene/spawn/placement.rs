@@ -1,8 +1,8 @@
 //! Places and looks of entities.
 
 use crate::scene::format::entities::{self, Entity as Source};
-use crate::scene::format::lights::Light;
 use glam::Affine3A;
+use systems::lights::LightDescription;
 use systems::space::Transform;
 #[cfg(feature = "vehicles")]
 pub use systems::vehicles::OnRoute;
@@ -19,7 +19,7 @@ pub struct Placement<'a> {
     pub world_from_parent: Affine3A,
     pub mesh: Option<&'a str>,
     pub material: Option<&'a str>,
-    pub light: Option<&'a Light>,
+    pub light: Option<&'a LightDescription>,
     /// The vehicle's type instead of the entity's, and where it drives.
     pub vehicle: Option<&'a str>,
     pub on_route: Option<OnRoute>,

@@ -1,11 +1,11 @@
 //! Files of text: what is read of them, and their problems.
 
-use super::faults::Fault;
 use super::places::Places;
 use super::slips::Slip;
 use crate::problem::Problem;
 use std::fmt;
 use std::path::Path;
+use systems::describe::Fault;
 
 /// Bytes; a scene of a million written-out entities fits.
 const LARGEST_FILE: u64 = 256 << 20;

@@ -3,16 +3,7 @@
 //! A second, lenient reader of RON that keeps places only. It runs on text that `ron` has already accepted, and only
 //! when something is wrong.
 
-/// One step from a value to one inside it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// A field of a struct.
-    Field(&'static str),
-    /// An element of a list or tuple.
-    Index(usize),
-    /// An entry of a map, by its position.
-    Entry(usize),
-}
+use systems::describe::Step;
 
 /// All values of a text, to find many.
 pub struct Places<'a> {

@@ -9,7 +9,6 @@ use super::roles::{Role, roles};
 use super::wheels::{self, Wheel};
 use crate::import::Model;
 use crate::scene::format::entities::transform;
-use crate::scene::format::lights;
 use crate::scene::format::vehicle_types::VehicleType as Source;
 use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::HashMap;
@@ -228,7 +227,7 @@ impl Builder<'_> {
         let model = self.model;
         let node = &model.nodes[index];
         let light = role.lamp.and_then(|lamps| match &lamps.light {
-            Some(light) => Some(lights::light(light)),
+            Some(light) => Some(light.into()),
             None => node.light.clone().map(|own| lamps::with_shadows(own, lamps.shadows)),
         });
         let glow = role.lamp.map(|lamps| {

@@ -1,14 +1,16 @@
 //! Everything about types of vehicles that serde cannot say.
 
 use crate::import::Model;
-use crate::scene::check::walk::{BRIGHTEST, Check, SIZES};
+use crate::scene::check::walk::{Check, SIZES};
 use crate::scene::format::scene::Scene;
 use crate::scene::format::vehicle_types::{Lamps, VehicleType, VehicleTypes};
 use crate::scene::read::files::{Files, material_names};
-use crate::scene::text::faults::{Fault, unknown};
-use crate::scene::text::places::Step;
+use crate::scene::text::faults::unknown;
 use std::collections::HashMap;
 use systems::assets::Library;
+use systems::assets::color_text::BRIGHTEST;
+use systems::describe::Fault;
+use systems::describe::Step;
 use systems::vehicles::VehicleType as StandIn;
 
 /// Metres per second squared: more than any wheel gives.
@@ -99,7 +101,7 @@ fn vehicle_type(c: &mut Check, t: &VehicleType, model: Option<&Model>, library: 
 fn lamps(c: &mut Check, lamps: &Lamps, model: Option<&Model>) {
     c.each("nodes", &lamps.nodes, |c, node| known_node(c, node, model));
     if let Some(light) = &lamps.light {
-        c.field("light", |c| c.light(light));
+        c.field("light", |c| c.described(light));
         if lamps.shadows {
             c.field("shadows", |c| c.fault("not allowed with `light`, which has a field `shadows` of its own"));
         }

@@ -22,10 +22,8 @@ mod wheels;
 use super::error::SceneError;
 use super::format::scene::Scene;
 use super::format::vehicle_types as format;
-use super::text::faults::{Fault, Trail};
 use super::text::file::{placed, read_text, slip_problem};
 use super::text::parse::parse;
-use super::text::places::Step;
 use crate::import::{self, Model};
 use crate::problem::Problem;
 use bevy_ecs::prelude::*;
@@ -33,6 +31,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::assets::Library;
+use systems::describe::Step;
+use systems::describe::{Fault, Trail};
 use systems::vehicles::{VehicleType, VehicleTypes};
 
 /// The types of a scene's files.

@@ -78,7 +78,7 @@ impl LensMaps {
         let mut known = self.0.get(&entity).into_iter().chain(self.0.values());
         let found = known.find(|map| map.is_of(camera)).cloned();
         if found.is_none() {
-            camera.check_lens().map_err(|reason| format!("lens: {reason}"))?;
+            camera.check_lens().map_err(|fault| format!("lens: {fault}"))?;
         }
         if !camera.lens.has_distortion() {
             return Ok(None);

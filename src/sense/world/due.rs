@@ -81,7 +81,8 @@ impl Due {
     /// Views of a camera; `None` of another sensor.
     pub(super) fn plan(&self, settings: &Settings, lenses: &mut LensMaps) -> Result<Option<CameraPlan>, RenderError> {
         let SensorKind::Camera(camera) = &self.sensor.kind else { return Ok(None) };
-        let checked = camera.check_light().and_then(|()| lenses.of(self.entity, camera));
+        let checked =
+            camera.check_light().map_err(|fault| fault.to_string()).and_then(|()| lenses.of(self.entity, camera));
         let map = checked.map_err(|reason| RenderError::Camera { sensor: self.name.clone(), reason })?;
         Ok(Some(CameraPlan::new(camera, &self.world_from_entity, settings, map)))
     }

@@ -1,0 +1,130 @@
+//! What a described struct says of its fields, read from its JSON schema.
+
+use super::check::Described;
+use super::fault::{Fault, Trail};
+use schemars::generate::SchemaSettings;
+use serde::de::{DeserializeOwned, Deserializer, Error, Visitor};
+use serde_json::Value;
+use std::any::TypeId;
+use std::collections::HashMap;
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+/// JSON schema of a type, with those of its fields in place of references.
+pub fn schema<T: Described>() -> &'static Value {
+    static KNOWN: LazyLock<Mutex<HashMap<TypeId, &'static Value>>> = LazyLock::new(Mutex::default);
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    known.entry(TypeId::of::<T>()).or_insert_with(|| {
+        let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+        // One for each type, for as long as the program runs.
+        Box::leak(Box::new(settings.into_generator().into_root_schema_for::<T>().to_value()))
+    })
+}
+
+/// A field of a described struct.
+#[derive(Clone, Copy, Debug)]
+pub struct Field {
+    /// Its name in scene files and in Python.
+    pub name: &'static str,
+    /// Its part of the struct's schema.
+    pub schema: &'static Value,
+}
+
+impl Field {
+    /// First paragraph of its documentation.
+    pub fn doc(&self) -> &'static str {
+        self.schema["description"].as_str().unwrap_or_default()
+    }
+
+    /// Symbol of its unit; empty where it has none.
+    pub fn unit(&self) -> &'static str {
+        self.schema["unit"].as_str().unwrap_or_default()
+    }
+
+    /// Tells if it is always there and has fields of its own, as the noise of a sensor.
+    pub fn is_part(&self) -> bool {
+        self.schema["type"] == "object" && self.schema["properties"].is_object()
+    }
+
+    /// The struct that may be there, or not.
+    pub fn optional_part(&self) -> Option<&'static Value> {
+        let itself = [self.schema].into_iter();
+        let mut choices = itself.chain(self.schema["anyOf"].as_array().into_iter().flatten());
+        choices.find(|choice| choice["properties"].is_object()).filter(|_| !self.is_part())
+    }
+
+    /// Tells if the thing's kind has it.
+    pub fn is_of(&self, kind: &str) -> bool {
+        self.schema["kinds"].as_array().is_none_or(|kinds| kinds.iter().any(|own| own == kind))
+    }
+
+    /// Reason for which a thing of another kind does not have it.
+    pub fn refusal(&self, kind: &str) -> String {
+        let kinds: Vec<&str> =
+            self.schema["kinds"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        format!("{kind} has none, only {} have", kinds.join(" and "))
+    }
+
+    /// Tells if infinity is written by leaving it out.
+    pub fn is_infinite(&self) -> bool {
+        self.schema["infinite"] == true
+    }
+}
+
+/// Fields of a described struct, in their order.
+pub fn fields<T: Described>() -> Vec<Field> {
+    let properties = &schema::<T>()["properties"];
+    field_names::<T>().iter().map(|name| Field { name, schema: &properties[name] }).collect()
+}
+
+/// Fields of the struct that a schema is of, in the order of their names.
+pub fn fields_of(schema: &'static Value) -> impl Iterator<Item = Field> {
+    let properties = schema["properties"].as_object().into_iter().flatten();
+    properties.map(|(name, schema)| Field { name, schema })
+}
+
+/// Refuses values in fields that a thing of that kind does not have.
+///
+/// # Errors
+/// The first field that is given, and the kinds that have it.
+pub fn of_other_kinds<T: Described + Default>(kind: &str, value: &T) -> Result<(), Fault> {
+    let Ok(values) = serde_json::to_value(value) else { return Ok(()) };
+    let Ok(defaults) = serde_json::to_value(T::default()) else { return Ok(()) };
+    let foreign = fields::<T>().into_iter().filter(|field| !field.is_of(kind));
+    match foreign.into_iter().find(|field| values[field.name] != defaults[field.name]) {
+        None => Ok(()),
+        Some(field) => Err(Trail::default().field(field.name).fault(field.refusal(kind))),
+    }
+}
+
+/// Names of the fields that serde reads of a struct, in their order; of anything else none.
+pub fn field_names<T: DeserializeOwned>() -> &'static [&'static str] {
+    let mut names: &'static [&'static str] = &[];
+    _ = T::deserialize(Names(&mut names));
+    names
+}
+
+/// A deserializer that keeps the names of fields that it is asked for, and gives nothing.
+struct Names<'a>(&'a mut &'static [&'static str]);
+
+impl<'de> Deserializer<'de> for Names<'_> {
+    type Error = serde::de::value::Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Self::Error> {
+        Err(Error::custom("nothing is there"))
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Self::Error> {
+        *self.0 = fields;
+        self.deserialize_any(visitor)
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+    }
+}
