@@ -6,7 +6,7 @@ from typing import Any, Dict, Iterator, List, Literal, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Unpack, disjoint_base
+from typing_extensions import NotRequired, Unpack, disjoint_base
 
 __version__: str
 
@@ -33,6 +33,7 @@ __all__ = [
     "adapter",
     "capture",
     "capture_due",
+    "descriptions",
     "look",
     "replay",
     "run_program",
@@ -84,29 +85,8 @@ class _SensorArguments(TypedDict, total=False):
     every: Optional[int]
     phase: Optional[int]
 
-class _ImageNoise(TypedDict, total=False):
-    full_well: float
-    read: float
-    dark: float
-    gain: float
-    bits: int
-    black: int
-
-class _Metered(TypedDict, total=False):
-    key: float
-    stops: float
-
-class _MeteredExposure(TypedDict):
-    metered: _Metered
-
-class _CameraArguments(_SensorArguments, total=False):
-    size: Optional[Union[Tuple[int, int], Sequence[int], NDArray[Any]]]
-    near: Optional[float]
-    far: Optional[float]
-    samples: Optional[int]
-    outputs: Optional[Union[str, Sequence[str], NDArray[Any]]]
-    exposure: Optional[Union[float, Literal["scene", "metered"], _MeteredExposure]]
-    noise: Optional[_ImageNoise]
+# Other ways to write a camera's lens.
+class _LensArguments(_SensorArguments, total=False):
     K: Optional[ArrayLike]
     fov_y_degrees: Optional[float]
     fov_x_degrees: Optional[float]
@@ -115,52 +95,11 @@ class _CameraArguments(_SensorArguments, total=False):
     fisheye: Optional[Union[Sequence[float], NDArray[Any]]]
     largest_degrees: Optional[float]
 
-class _Beam(TypedDict, total=False):
-    elevation_degrees: float
-    azimuth_degrees: float
-    height: float
-    delay: float
+# described: arguments
+# end of described
 
-class _Grid(TypedDict):
-    rows: int
-    horizontal_degrees: float
-    vertical_degrees: float
-
-class _GridBeams(TypedDict):
-    grid: _Grid
-
-class _ListBeams(TypedDict):
-    list: Sequence[_Beam]
-
-_Beams = Union[Literal["vlp16", "hdl32", "hdl64", "os1_64", "os1_128"], _GridBeams, _ListBeams]
-
-class _LidarArguments(_SensorArguments, total=False):
-    beams: Optional[_Beams]
-    hz: Optional[float]
-    columns: Optional[int]
-    range: Optional[Union[Tuple[float, float], Sequence[float], NDArray[Any]]]
-    attenuation: Optional[float]
-    sweep: Optional[bool]
-    range_sigma: Optional[float]
-    drop_rate: Optional[float]
-    drop_below: Optional[float]
-
-class _ImuArguments(_SensorArguments, total=False):
-    accelerometer_density: Optional[float]
-    gyroscope_density: Optional[float]
-    accelerometer_bias: Optional[_Point]
-    gyroscope_bias: Optional[_Point]
-
-class _GnssArguments(_SensorArguments, total=False):
-    horizontal_sigma: Optional[float]
-    vertical_sigma: Optional[float]
-    velocity_sigma: Optional[float]
-
-class _CollisionArguments(_SensorArguments, total=False):
-    margin: Optional[float]
-
-class _LaneArguments(_SensorArguments, total=False):
-    reach: Optional[float]
+# described: kinds
+# end of described
 
 # "class" is a word of the language.
 _VehicleType = TypedDict(
@@ -236,10 +175,8 @@ class Sim:
         scale: Optional[_Point] = None,
         name: Optional[str] = None,
     ) -> Entity: ...
-    def add_camera(self, name: str, **arguments: Unpack[_CameraArguments]) -> Sensor: ...
-    def add_lidar(self, name: str, **arguments: Unpack[_LidarArguments]) -> Sensor: ...
-    def add_imu(self, name: str, **arguments: Unpack[_ImuArguments]) -> Sensor: ...
-    def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
+    # described: methods
+    # end of described
     def entity(self, id: int) -> Any: ...
     def set_signal(self, name: str, shows: Optional[Union[str, Sequence[str]]]) -> None: ...
     def vehicle_type(self, name: str) -> _VehicleType: ...
@@ -352,12 +289,8 @@ class Entity:
         roll: float = 0.0,
         look_at: Optional[_Point] = None,
     ) -> None: ...
-    def add_camera(self, name: str, **arguments: Unpack[_CameraArguments]) -> Sensor: ...
-    def add_lidar(self, name: str, **arguments: Unpack[_LidarArguments]) -> Sensor: ...
-    def add_imu(self, name: str, **arguments: Unpack[_ImuArguments]) -> Sensor: ...
-    def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
-    def add_collision(self, name: str, **arguments: Unpack[_CollisionArguments]) -> Sensor: ...
-    def add_lane(self, name: str, **arguments: Unpack[_LaneArguments]) -> Sensor: ...
+    # described: methods
+    # end of described
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> Any: ...
@@ -407,29 +340,11 @@ class Light:
     """What a light shines like."""
 
     @staticmethod
-    def point(
-        intensity: float,
-        range: float = ...,
-        *,
-        color: Optional[_Color] = None,
-        shadows: bool = False,
-        radius: float = 0.0,
-    ) -> Light: ...
+    def point(intensity: float, range: Optional[float] = None, **fields: Unpack[_PointLight]) -> Light: ...
     @staticmethod
-    def spot(
-        intensity: float,
-        range: float = ...,
-        *,
-        outer_degrees: float = 30.0,
-        inner_degrees: Optional[float] = None,
-        color: Optional[_Color] = None,
-        shadows: bool = False,
-        radius: float = 0.0,
-    ) -> Light: ...
+    def spot(intensity: float, range: Optional[float] = None, **fields: Unpack[_SpotLight]) -> Light: ...
     @staticmethod
-    def directional(
-        intensity: float, *, color: Optional[_Color] = None, shadows: bool = False, angle_degrees: float = 0.53
-    ) -> Light: ...
+    def directional(intensity: float, **fields: Unpack[_DirectionalLight]) -> Light: ...
 
 @final
 class LightEntity(Entity):
@@ -437,34 +352,8 @@ class LightEntity(Entity):
 
     @property
     def kind(self) -> Literal["point", "spot", "directional"]: ...
-    @property
-    def intensity(self) -> float: ...
-    @intensity.setter
-    def intensity(self, intensity: float) -> None: ...
-    @property
-    def range(self) -> float: ...
-    @range.setter
-    def range(self, range: float) -> None: ...
-    @property
-    def color(self) -> Tuple[float, float, float]: ...
-    @color.setter
-    def color(self, color: _Color) -> None: ...
-    @property
-    def enabled(self) -> bool: ...
-    @enabled.setter
-    def enabled(self, enabled: bool) -> None: ...
-    @property
-    def shadows(self) -> bool: ...
-    @shadows.setter
-    def shadows(self, shadows: bool) -> None: ...
-    @property
-    def radius(self) -> float: ...
-    @radius.setter
-    def radius(self, radius: float) -> None: ...
-    @property
-    def angle_degrees(self) -> float: ...
-    @angle_degrees.setter
-    def angle_degrees(self, angle_degrees: float) -> None: ...
+    # described: light
+    # end of described
     def change(self, light: Light) -> None: ...
 
 @final
@@ -481,7 +370,7 @@ class Sensor(Entity):
     """A sensor of a world."""
 
     @property
-    def kind(self) -> Literal["camera", "lidar", "imu", "gnss", "collision", "lane"]: ...
+    def kind(self) -> _SensorKind: ...
     @property
     def full_name(self) -> str: ...
     @property
@@ -498,6 +387,8 @@ class Sensor(Entity):
     def D(self) -> Optional[NDArray[np.float64]]: ...
     @property
     def distortion_model(self) -> Optional[_DistortionModel]: ...
+    @property
+    def settings(self) -> Dict[str, Any]: ...
     @property
     def noise(self) -> Optional[Dict[str, Any]]: ...
 
@@ -790,6 +681,7 @@ class Route:
     ) -> NDArray[np.float64]: ...
     def yaw(self, along: float) -> float: ...
 
+def descriptions() -> str: ...
 def adapter() -> str: ...
 def capture(sims: Sequence[Sim], sensor: str) -> CameraBatch: ...
 def capture_due(sims: Sequence[Sim]) -> List[Capture]: ...

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! errors    exceptions
-//! given     arguments of calls, and errors that name them; values: numbers, places; fields: those that are named as in
-//!           scene files; light: what a light shines like
+//! given     arguments of calls, and errors that name them; values: numbers, places; described: fields by their
+//!           descriptions; light: what a light shines like
 //! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
 //!           of the process; watch: captures that were left out
 //! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
@@ -56,6 +56,8 @@ mod _relief {
     use crate::entities::sensor::Sensor;
     #[pymodule_export]
     use crate::entities::vehicle::Vehicle;
+    #[pymodule_export]
+    use crate::given::described::descriptions;
     #[pymodule_export]
     use crate::given::light::Light;
     #[pymodule_export]

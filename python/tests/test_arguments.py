@@ -238,7 +238,7 @@ def test_one_output_needs_no_tuple(field):
     assert field.add_camera("a", outputs="depth").outputs == ["depth"]
     assert field.add_camera("b", outputs=["depth"]).outputs == ["depth"]
     assert field.add_camera("c", outputs=np.array(["depth", "color"])).outputs == ["color", "depth"]
-    with pytest.raises(ValueError, match=r'unknown output "colour" \(did you mean "color"\?\); expected one of: color'):
+    with pytest.raises(ValueError, match=r'outputs: unknown value "colour" \(did you mean "color"\?\); expected one of: color'):
         field.add_camera("d", outputs="colour")
 
 

@@ -74,11 +74,11 @@ def test_paints_groups_and_ranges_that_are_not_there(road):
     sun = road.lights[0]
     with pytest.raises(ValueError, match="range: a directional light has none"):
         sun.range = 10.0
-    with pytest.raises(ValueError, match="radius: a directional light has none; it has angle_degrees"):
+    with pytest.raises(ValueError, match="radius: a directional light has none; only point and spot have it"):
         sun.radius = 1.0
     assert sun.angle_degrees == pytest.approx(0.53)
     lamp = road.spawn_light(relief.Light.point(1.0), at=(0, 3, 0))
-    with pytest.raises(ValueError, match="angle_degrees: only a directional light has one; others have a radius"):
+    with pytest.raises(ValueError, match="angle_degrees: a point light has none; only directional have it"):
         lamp.angle_degrees = 1.0
 
 

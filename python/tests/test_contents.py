@@ -120,7 +120,7 @@ def test_what_has_no_lens_tells_none(field):
 def test_sensors_tell_their_noise(field, own):
     assert own["eye"].noise == {"full_well": 5000, "read": 3, "dark": 0, "gain": 1, "bits": 8, "black": 64}
     assert own["scan"].noise == {"range_sigma": 0, "drop_rate": 0.25, "drop_below": 0}
-    assert own["imu"].noise["gyroscope_density"] == 0.5 and own["imu"].noise["gyroscope_bias"] == [1, 2, 3]
+    assert own["imu"].noise["gyroscope_density"] == 0.5 and own["imu"].noise["gyroscope_bias"] == (1, 2, 3)
     assert field.add_camera("eye", size=(8, 8)).noise is None
     car = field.spawn_vehicle("car", at=(0, 0, 0))
     assert car.add_lane("lane").noise is None and car.add_collision("touch").noise is None

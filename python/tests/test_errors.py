@@ -37,7 +37,7 @@ def test_a_scene_that_is_not_there(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"outputs": ("colour",)}, r'unknown output "colour" \(did you mean "color"\?\)'),
+        ({"outputs": ("colour",)}, r'outputs: unknown value "colour" \(did you mean "color"\?\)'),
         ({"outputs": ()}, "outputs: expected at least one output"),
         ({"size": (0, 4)}, "size: expected pixels from 1 to 16384, found 0"),
         ({"samples": 3}, "samples: expected 1 or 4, found 3"),

@@ -49,7 +49,12 @@ struct Limits<'a> {
     most: Option<f64>,
     one_of: Option<&'a Vec<Value>>,
     may_be_infinite: bool,
+    /// Counted things.
+    noun: Option<&'static str>,
 }
+
+/// Units that are counted, and are told in place of a number.
+const COUNTED: [(&str, &str); 2] = [("px", "pixels"), ("steps", "steps")];
 
 impl<'a> Limits<'a> {
     fn within(self, schema: &'a Value) -> Self {
@@ -60,6 +65,7 @@ impl<'a> Limits<'a> {
             most: tightest(number("maximum"), self.most, f64::min),
             one_of: schema["enum"].as_array().or(self.one_of),
             may_be_infinite: self.may_be_infinite || schema["infinite"] == true,
+            noun: COUNTED.iter().find(|(unit, _)| schema["unit"] == *unit).map(|(_, noun)| *noun).or(self.noun),
         }
     }
 
@@ -80,6 +86,7 @@ impl<'a> Limits<'a> {
         if is_within && number.is_finite() {
             return Ok(());
         }
+        let kind = self.noun.unwrap_or(kind);
         Err(match (self.least, self.above, self.most) {
             (_, Some(above), Some(most)) => format!("expected {kind} above {above}, at most {most}, found {shown}"),
             (Some(least), _, Some(most)) => format!("expected {kind} from {least} to {most}, found {shown}"),

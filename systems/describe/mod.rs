@@ -42,4 +42,4 @@ pub(crate) mod schema;
 pub use angle::degrees;
 pub use check::{Described, check, faults};
 pub use fault::{Fault, Step, Trail};
-pub use schema::{Field, field_names, fields, fields_of, of_other_kinds, schema};
+pub use schema::{Field, field_names, fields, fields_of, names, of_other_kinds, schema};

@@ -40,6 +40,11 @@ impl Field {
         self.schema["unit"].as_str().unwrap_or_default()
     }
 
+    /// Strings that it may be, if it may be no other.
+    pub fn names(&self) -> Vec<&'static str> {
+        names(self.schema)
+    }
+
     /// Tells if it is always there and has fields of its own, as the noise of a sensor.
     pub fn is_part(&self) -> bool {
         self.schema["type"] == "object" && self.schema["properties"].is_object()
@@ -57,17 +62,24 @@ impl Field {
         self.schema["kinds"].as_array().is_none_or(|kinds| kinds.iter().any(|own| own == kind))
     }
 
-    /// Reason for which a thing of another kind does not have it.
-    pub fn refusal(&self, kind: &str) -> String {
+    /// Reason for which a thing of another kind does not have it. `thing`: `directional light`.
+    pub fn refusal(&self, thing: &str) -> String {
         let kinds: Vec<&str> =
             self.schema["kinds"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-        format!("{kind} has none, only {} have", kinds.join(" and "))
+        format!("a {thing} has none; only {} have it", kinds.join(" and "))
     }
 
     /// Tells if infinity is written by leaving it out.
     pub fn is_infinite(&self) -> bool {
         self.schema["infinite"] == true
     }
+}
+
+/// Strings that a value may be, if it may be no other.
+pub fn names(schema: &Value) -> Vec<&str> {
+    let choices = schema["oneOf"].as_array().into_iter().flatten();
+    let values = schema["enum"].as_array().into_iter().flatten().chain(choices.map(|choice| &choice["const"]));
+    values.map(Value::as_str).collect::<Option<_>>().unwrap_or_default()
 }
 
 /// Fields of a described struct, in their order.
@@ -82,17 +94,17 @@ pub fn fields_of(schema: &'static Value) -> impl Iterator<Item = Field> {
     properties.map(|(name, schema)| Field { name, schema })
 }
 
-/// Refuses values in fields that a thing of that kind does not have.
+/// Refuses values in fields that a thing of that kind does not have. `noun`: `light`, for messages.
 ///
 /// # Errors
 /// The first field that is given, and the kinds that have it.
-pub fn of_other_kinds<T: Described + Default>(kind: &str, value: &T) -> Result<(), Fault> {
+pub fn of_other_kinds<T: Described + Default>(kind: &str, noun: &str, value: &T) -> Result<(), Fault> {
     let Ok(values) = serde_json::to_value(value) else { return Ok(()) };
     let Ok(defaults) = serde_json::to_value(T::default()) else { return Ok(()) };
     let foreign = fields::<T>().into_iter().filter(|field| !field.is_of(kind));
     match foreign.into_iter().find(|field| values[field.name] != defaults[field.name]) {
         None => Ok(()),
-        Some(field) => Err(Trail::default().field(field.name).fault(field.refusal(kind))),
+        Some(field) => Err(Trail::default().field(field.name).fault(field.refusal(&format!("{kind} {noun}")))),
     }
 }
 

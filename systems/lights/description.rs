@@ -30,6 +30,8 @@ pub enum LightDescription {
 #[derive(Serialize, Deserialize, JsonSchema, Clone, PartialEq, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct LightFields {
+    /// Switched on.
+    pub on: bool,
     /// Colour.
     pub color: Color,
     /// Times the colour.
@@ -45,8 +47,6 @@ pub struct LightFields {
     pub attenuation: Attenuation,
     /// Light that reaches every side of a surface, attenuated like the rest.
     pub ambient: Color,
-    /// Switched on.
-    pub on: bool,
     /// Casts shadows, if it is among the most important lights for a picture.
     pub shadows: bool,
     /// Distance within which nothing casts a shadow, such as the glass of its lamp.
@@ -108,7 +108,7 @@ impl Described for LightFields {}
 impl Described for LightDescription {
     fn check_whole(&self) -> Result<(), Fault> {
         let (at, fields) = (Trail::default(), self.fields());
-        of_other_kinds(Light::from(self).kind.name(), fields)?;
+        of_other_kinds(Light::from(self).kind.name(), "light", fields)?;
         if fields.attenuation.0.element_sum() <= 0.0 {
             return Err(at.field("attenuation").fault("expected at least one of the three to be more than 0"));
         }
@@ -294,7 +294,7 @@ mod tests {
             (r#"{"point": {"range": 0}}"#, "range: expected a number from 0.001 to 10000000, found 0"),
             (r#"{"point": {"color": "red"}}"#, "color: expected a colour like srgb(\"#ffcc88\") or srgb(\"#fc8\")"),
             (r#"{"point": {"color": [0, -1, 0]}}"#, "color[1]: expected a number from 0 to 1000000000, found -1"),
-            (r#"{"directional": {"range": 5}}"#, "range: directional has none, only point and spot have"),
+            (r#"{"directional": {"range": 5}}"#, "range: a directional light has none; only point and spot have it"),
             (
                 r#"{"spot": {"outer_degrees": 20, "inner_degrees": 30}}"#,
                 "inner_degrees: expected a number from 0 to 20, found 30",

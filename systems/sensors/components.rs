@@ -168,6 +168,7 @@ pub struct CameraSensor {
     pub samples: u32,
     /// Exposure of its colours.
     #[schemars(extend("see" = "[exposure](#exposure)"))]
+    #[schemars(extend("expected" = "a number, \"scene\", \"metered\" or {\"metered\": {…}}"))]
     pub exposure: Exposure,
     /// Noise of its colours.
     #[schemars(extend("see" = "[noise](#image-noise)"))]

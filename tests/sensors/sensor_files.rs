@@ -192,9 +192,9 @@ fn faults_of_sensors_name_their_place() {
         ("sensor: camera(outputs: [])", "sensor.outputs: expected at least one output"),
         ("sensor: camera(outputs: [deph])", "deph"),
         ("sensor: camera(samples: 2)", "sensor.samples: expected 1 or 4, found 2"),
-        ("sensor: camera(exposure: fixed(-1))", "sensor: exposure: expected 0 to 1000000, found -1"),
-        ("sensor: camera(exposure: metered(key: 0))", "sensor: exposure.key: expected above 0"),
-        ("sensor: camera(noise: (bits: 10))", "sensor: noise.bits: expected 8 or 12, found 10"),
+        ("sensor: camera(exposure: fixed(-1))", "sensor.exposure: expected a number from 0 to 1000000, found -1"),
+        ("sensor: camera(exposure: metered(key: 0))", "sensor.exposure.key: expected a number above 0"),
+        ("sensor: camera(noise: (bits: 10))", "sensor.noise.bits: expected 8 or 12, found 10"),
         ("sensor: camera(noise: (blak: 3))", "blak"),
         ("sensor: camera(every: 0)", "sensor.every: expected steps from 1"),
         ("sensor: camera(every: 3, phase: 3)", "sensor.phase: expected less than every, which is 3, found 3"),
@@ -210,7 +210,7 @@ fn faults_of_sensors_name_their_place() {
     assert_fails_to_check(unnamed.path(), "sensor: expected the entity to have a name");
     let classes = scene_folder("(classes: { \"a\": (id: 1), \"b\": (id: 1), \"c\": (id: 0) })");
     assert_fails_to_check(classes.path(), "duplicate id 1: class \"a\" has it");
-    assert_fails_to_check(classes.path(), "expected a number from 1 to 255");
+    assert_fails_to_check(classes.path(), "id: expected a whole number from 1 to 255, found 0");
 }
 
 #[track_caller]

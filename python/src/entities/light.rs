@@ -44,7 +44,7 @@ impl LightEntity {
         let whole = |value| serde_json::from_value::<LightFields>(json!({ name: value })).map(drop);
         let value = convert(field, value, &|value| whole(value).map_err(|error| error.to_string()))?;
         if !field.is_of(kind) {
-            return Err(Failure::value(format!("{name}: {}", field.refusal(kind))).into());
+            return Err(Failure::value(format!("{name}: {}", field.refusal(&format!("{kind} light")))).into());
         }
         let mut fields = values(LightDescription::from(&now).fields())?;
         fields[name] = value;

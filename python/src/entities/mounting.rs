@@ -4,7 +4,7 @@ use crate::entities::classes::wrap_as;
 use crate::entities::entity::Kind;
 use crate::errors::Failure;
 use crate::given::arguments::{Argument, Keywords, Row, found, required};
-use crate::given::described::{json, of_kind, take};
+use crate::given::described::{of_kind, take};
 use crate::given::values::{Facing, Numbers, Placing};
 use crate::worlds::world::Shared;
 use pyo3::exceptions::PyValueError;
@@ -16,8 +16,8 @@ use relief::systems::draw::Intrinsics;
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::spawn::Spawn;
-use relief::systems::sensors::{self, CameraSensor, Exposure, GeoOrigin, Lens, SensorKind};
-use serde_json::{Value, json};
+use relief::systems::sensors::{self, CameraSensor, GeoOrigin, Lens, SensorKind};
+use serde_json::json;
 use std::sync::Arc;
 
 /// Pose of a sensor, and the steps at which it is due.
@@ -93,13 +93,7 @@ pub fn add_sensor(
     let known = of_kind(schema::<SensorKind>(), kind);
     let whole = |fields| serde_json::from_value::<SensorKind>(json!({ kind: fields })).map(drop);
     let read = |fields| whole(fields).map_err(|error| error.to_string());
-    // A number or a word will do, too.
-    let mut fields = take(&mut arguments, known, &|field| field.name != "exposure", &read)?;
-    if known["properties"]["exposure"].is_object()
-        && let Some(given) = arguments.get("exposure")?
-    {
-        fields.insert("exposure".into(), exposure(&given)?);
-    }
+    let fields = take(&mut arguments, known, &|_| true, &read)?;
     let kind = match serde_json::from_value(json!({ kind: fields })) {
         Ok(SensorKind::Camera(camera)) => {
             let lens = lens(&mut arguments, &camera, fields.contains_key("lens"))?;
@@ -110,21 +104,6 @@ pub fn add_sensor(
     };
     arguments.finish()?;
     mounting.add(py, shared, name, parent, kind)
-}
-
-/// A number, or as scene files have it.
-fn exposure(given: &Bound<'_, PyAny>) -> PyResult<Value> {
-    let expected = "a number, \"scene\", \"metered\" or {\"metered\": {…}}";
-    let value = if let Ok(fixed) = given.extract::<f64>() {
-        json!({ "fixed": fixed })
-    } else if given.extract::<&str>().is_ok_and(|name| name == "metered") {
-        json!({ "metered": {} })
-    } else {
-        json(given).map_err(|_| Failure::value(format!("exposure: expected {expected}, found {}", found(given))))?
-    };
-    let read: Result<Exposure, _> = serde_json::from_value(value.clone());
-    read.map_err(|error| Failure::value(format!("exposure: expected {expected}, found {}: {error}", found(given))))?;
-    Ok(value)
 }
 
 /// By `K`, with what distorts the picture, or by one of the angles and heights; else that which the camera has.

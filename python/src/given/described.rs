@@ -1,5 +1,5 @@
 //! Fields of what is described: taken from keywords, and shown, by the JSON schemas of their structs. So what a field is
-//! stands once, beside it, and no kind of thing is named here.
+//! stands once, beside it.
 
 use crate::errors::Failure;
 use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, required, wrong_type};
@@ -7,12 +7,25 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyList, PyString, PyTuple};
 use relief::name;
 use relief::scene::Overrides;
-use relief::systems::describe::{Described, Field, check, fields_of};
+use relief::systems::describe::{Described, Field, check, fields_of, names, schema};
+use relief::systems::lights::LightFields;
+use relief::systems::sensors::{Rate, SensorKind};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 /// Lists and dictionaries in one another.
 const DEEPEST: usize = 8;
+
+/// JSON schemas of what is described, by its name, as a JSON text.
+#[pyfunction]
+pub fn descriptions() -> String {
+    let all = json!({
+        "light": schema::<LightFields>(),
+        "rate": schema::<Rate>(),
+        "sensor": schema::<SensorKind>(),
+    });
+    all.to_string()
+}
 
 /// The value of a choice, such as a sensor of a kind: the schema of the struct behind it.
 pub fn of_kind(schema: &'static Value, kind: &str) -> &'static Value {
@@ -59,7 +72,9 @@ pub fn convert(field: &Field, given: &Bound<'_, PyAny>, read: &dyn Fn(Value) -> 
         arguments.finish()?;
         return Ok(value);
     }
-    let value = if let Some(expected) = field["expected"].as_str() {
+    let value = if let Some(short) = in_short(field, given) {
+        short
+    } else if let Some(expected) = field["expected"].as_str() {
         json(given).map_err(|_| wrong_type(name, expected, given))?
     } else if !names.is_empty() {
         return one_of(name, &names, required::<String>(name, given)?);
@@ -84,6 +99,21 @@ pub fn convert(field: &Field, given: &Bound<'_, PyAny>, read: &dyn Fn(Value) -> 
     Ok(value)
 }
 
+/// A choice by what is in it: a number for one that is a number, its name for one whose fields may all be left out.
+fn in_short(schema: &Value, given: &Bound<'_, PyAny>) -> Option<Value> {
+    let mut choices =
+        schema["oneOf"].as_array()?.iter().filter_map(|choice| choice["properties"].as_object()).flatten();
+    let name = given.extract::<String>().ok();
+    let number = given.extract::<f64>().ok().filter(|number| number.is_finite() && !given.is_instance_of::<PyBool>());
+    choices.find_map(|(own, value)| match (&name, number) {
+        (Some(name), _) if name == own && value["properties"].is_object() && value["required"].is_null() => {
+            Some(json!({ own: {} }))
+        }
+        (_, Some(number)) if is_a(value, "number") => Some(json!({ own: number })),
+        _ => None,
+    })
+}
+
 /// Numbers, as many as there are to be, or names.
 fn list(name: &str, field: &Value, given: &Bound<'_, PyAny>) -> PyResult<Value> {
     let known = names(&field["items"]);
@@ -106,14 +136,6 @@ fn one_of(name: &str, names: &[&str], given: String) -> PyResult<Value> {
     }
     let (hint, known) = (name::hint(names, &given), names.join(", "));
     Err(Failure::value(format!("{name}: unknown value {given:?}{hint}; expected one of: {known}")).into())
-}
-
-/// Strings that a value may be, if it may be no other.
-fn names(schema: &Value) -> Vec<&str> {
-    let choices = schema["oneOf"].as_array().into_iter().flatten();
-    let constants: Vec<&Value> = choices.map(|choice| &choice["const"]).collect();
-    let values = schema["enum"].as_array().into_iter().flatten().chain(constants);
-    values.map(Value::as_str).collect::<Option<_>>().unwrap_or_default()
 }
 
 fn is_a(schema: &Value, kind: &str) -> bool {

@@ -1,153 +1,51 @@
 //! The settings of a selected light, to be changed.
 
+use crate::app::shown::description_editor;
 use bevy_ecs::prelude::*;
-use egui::emath::Numeric;
-use egui::{Checkbox, DragValue, Grid, Id, Slider, SliderClamping, Ui};
-use glam::Vec3;
-use systems::lights::{Light, LightKind};
+use egui::{Grid, Id, Slider, SliderClamping, Ui};
+use serde_json::{Map, Value, json};
+use systems::describe::{check, fields};
+use systems::lights::{Light, LightDescription, LightFields};
 use systems::run::standard_inputs::edit_light;
 
-/// Range of a light that gets an end and had none, metres.
-const FIRST_RANGE: f32 = 10.0;
 /// Initial value of the temperature slider, kelvin: a light keeps its colour, not the temperature that it came from.
 const DAYLIGHT: f32 = 6500.0;
 
 /// Shows the settings of an entity's light, if it has one, and takes over what is changed.
 pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
     let Some(light) = world.get::<Light>(entity) else { return };
-    let mut edited = light.clone();
+    let kind = light.kind.name();
+    let described = serde_json::to_value(LightDescription::from(light).fields());
+    let Ok(Value::Object(mut values)) = described else { return };
+    let mut has_changed = false;
     ui.add_space(4.0);
     Grid::new("light editor").num_columns(2).min_col_width(70.0).show(ui, |ui| {
-        common(ui, entity, &mut edited);
-        if edited.kind != LightKind::Directional {
-            reach(ui, &mut edited);
-        }
-        shadows(ui, &mut edited);
-        if let LightKind::Spot { outer, inner, exponent } = &mut edited.kind {
-            cone(ui, outer, inner, exponent);
-        }
+        let fields = fields::<LightFields>().into_iter().filter(|field| field.is_of(kind));
+        has_changed = description_editor::show(ui, fields, &mut values) | temperature(ui, entity, &mut values);
     });
     // Only a real change, as an input: a recording holds it.
-    if world.get::<Light>(entity).is_some_and(|light| *light != edited) {
-        edit_light(world, entity, edited);
+    if has_changed
+        && let Ok(edited) = serde_json::from_value::<LightDescription>(json!({ kind: values }))
+        && check(&edited).is_ok()
+    {
+        edit_light(world, entity, (&edited).into());
     }
 }
 
-fn field<R>(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui) -> R) {
-    ui.weak(name);
-    ui.horizontal(contents);
+/// A slider that sets the colour.
+fn temperature(ui: &mut Ui, entity: Entity, values: &mut Map<String, Value>) -> bool {
+    ui.weak("temperature");
+    let id = Id::unique("temperature").with(entity);
+    let mut kelvin = ui.data(|data| data.get_temp(id)).unwrap_or(DAYLIGHT);
+    ui.spacing_mut().slider_width = 80.0;
+    let slider = Slider::new(&mut kelvin, 1667.0..=25000.0).logarithmic(true).fixed_decimals(0).suffix(" K");
+    let has_changed = ui.add(slider.clamping(SliderClamping::Always)).changed();
+    if has_changed {
+        ui.data_mut(|data| data.insert_temp(id, kelvin));
+        values.insert("color".into(), json!({ "kelvin": kelvin }));
+    }
     ui.end_row();
-}
-
-/// A field that leaves a value beyond its range alone until it is edited.
-fn number<N: Numeric>(value: &mut N) -> DragValue<'_> {
-    DragValue::new(value).clamp_existing_to_range(false)
-}
-
-fn common(ui: &mut Ui, entity: Entity, light: &mut Light) {
-    field(ui, "enabled", |ui| ui.add(Checkbox::without_text(&mut light.enabled)));
-    field(ui, "colour", |ui| {
-        color(ui, &mut light.color);
-        ui.weak("ambient");
-        color(ui, &mut light.ambient);
-    });
-    field(ui, "temperature", |ui| {
-        let id = Id::unique("temperature").with(entity);
-        let mut kelvin = ui.data(|data| data.get_temp(id)).unwrap_or(DAYLIGHT);
-        ui.spacing_mut().slider_width = 80.0;
-        let slider = Slider::new(&mut kelvin, 1667.0..=25000.0).logarithmic(true).fixed_decimals(0).suffix(" K");
-        if ui.add(slider.clamping(SliderClamping::Always)).changed() {
-            ui.data_mut(|data| data.insert_temp(id, kelvin));
-            *light = light.clone().with_kelvin(kelvin);
-        }
-    });
-    let speed = f64::from(light.intensity.abs().max(0.1)) * 0.01;
-    field(ui, "intensity", |ui| ui.add(number(&mut light.intensity).range(0.0..=1e7).speed(speed)));
-}
-
-/// Writes only where something was chosen: colours brighter than the button can show stay as they are.
-fn color(ui: &mut Ui, color: &mut Vec3) {
-    let mut rgb = color.to_array();
-    if ui.color_edit_button_rgb(&mut rgb).changed() {
-        *color = rgb.into();
-    }
-}
-
-fn reach(ui: &mut Ui, light: &mut Light) {
-    field(ui, "range", |ui| {
-        let mut ends = light.range.is_finite();
-        if ui.add(Checkbox::without_text(&mut ends)).changed() {
-            light.range = if ends { FIRST_RANGE } else { f32::INFINITY };
-        }
-        if ends {
-            ui.add(number(&mut light.range).range(1e-3..=1e7).speed(0.1).suffix(" m"));
-        } else {
-            ui.weak("unlimited");
-        }
-    });
-    let inverse_square = light.attenuation == Light::INVERSE_SQUARE;
-    field(ui, "attenuation", |ui| {
-        if ui.selectable_label(inverse_square, "inverse square").clicked() {
-            light.attenuation = Light::INVERSE_SQUARE;
-        }
-        if ui.selectable_label(!inverse_square, "classic").clicked() && inverse_square {
-            light.attenuation = Light::point(1.0, 1.0).attenuation;
-        }
-    });
-    if !inverse_square {
-        field(ui, "", |ui| {
-            for (coefficient, unit) in light.attenuation.as_mut().iter_mut().zip(["", " /m", " /m²"]) {
-                ui.add(number(coefficient).range(0.0..=1e6).speed(0.01).max_decimals(3).suffix(unit));
-            }
-        });
-    }
-}
-
-fn shadows(ui: &mut Ui, light: &mut Light) {
-    field(ui, "shadows", |ui| {
-        ui.add(Checkbox::without_text(&mut light.shadows));
-        if light.shadows && light.kind != LightKind::Directional {
-            ui.weak("from");
-            ui.add(number(&mut light.shadow_near).range(1e-3..=1e3).speed(0.005).max_decimals(3).suffix(" m"));
-        }
-    });
-    if light.kind == LightKind::Directional {
-        let mut degrees = light.angle.to_degrees();
-        field(ui, "angle", |ui| {
-            let drag = number(&mut degrees).range(0.0..=Light::MOST_DEGREES).speed(0.01).max_decimals(2).suffix("°");
-            if ui.add(drag).changed() {
-                light.angle = degrees.to_radians();
-            }
-        });
-    } else {
-        let radius = number(&mut light.radius).range(0.0..=Light::MOST_RADIUS).speed(0.005).max_decimals(3);
-        field(ui, "radius", |ui| ui.add(radius.suffix(" m")));
-    }
-}
-
-/// Half angles; the inner one, or the classic exponent.
-fn cone(ui: &mut Ui, outer: &mut f32, inner: &mut Option<f32>, exponent: &mut f32) {
-    field(ui, "cone", |ui| {
-        angle(ui, outer, 85.0);
-        match inner {
-            Some(inner) => {
-                ui.weak("inner");
-                angle(ui, inner, outer.to_degrees());
-            }
-            None => {
-                ui.weak("exponent");
-                ui.add(number(exponent).range(0.0..=1e4).speed(0.1));
-            }
-        }
-    });
-}
-
-/// Writes only where something was chosen: to degrees and back is not quite the same angle.
-fn angle(ui: &mut Ui, radians: &mut f32, most: f32) {
-    let mut degrees = radians.to_degrees();
-    if ui.add(number(&mut degrees).range(0.1..=most).speed(0.2).max_decimals(1).suffix("°")).changed() {
-        *radians = degrees.to_radians();
-    }
+    has_changed
 }
 
 #[cfg(test)]
@@ -155,6 +53,8 @@ mod tests {
     use super::*;
     use bevy_ecs::change_detection::DetectChanges;
     use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect};
+    use glam::Vec3;
+    use systems::lights::LightKind;
     use systems::run::inputs;
 
     fn world_with(light: Light) -> (World, Entity) {

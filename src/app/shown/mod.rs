@@ -2,13 +2,14 @@
 //!
 //! ```text
 //! legend                            colour bars
-//! entities, details, object_lights, light_editor
+//! entities, details, object_lights, light_editor, description_editor
 //! sensor_panel                      switches of sensors
 //! panel                             all of these
 //! sensor_thumbnails                 thumbnails of sensors, and the one in full size
 //! overlay, sensor_overlay           lines to lights over the scene; frusta and points
 //! ```
 
+mod description_editor;
 pub mod details;
 mod entities;
 mod legend;

@@ -133,14 +133,26 @@ fn faults_of_these_sensors_name_their_place() {
     let earth = "geo_origin: (latitude_degrees: 48, longitude_degrees: 11),";
     let cases = [
         (earth, "imu(every: 0)", "sensor.every: expected steps from 1"),
-        (earth, "imu(noise: (gyroscope_density: -1))", "sensor: noise.gyroscope_density: expected 0 to 100, found -1"),
-        (earth, "imu(noise: (accelerometer_bias: (0, 1e9, 0)))", "noise.accelerometer_bias: expected -100 to 100"),
+        (
+            earth,
+            "imu(noise: (gyroscope_density: -1))",
+            "sensor.noise.gyroscope_density: expected a number from 0 to 100, found -1",
+        ),
+        (
+            earth,
+            "imu(noise: (accelerometer_bias: (0, 1e9, 0)))",
+            "noise.accelerometer_bias[1]: expected a number from -100 to 100",
+        ),
         (earth, "imu(rate: 3)", "rate"),
-        (earth, "gnss(noise: (vertical_sigma: -0.5))", "noise.vertical_sigma: expected 0 to 10000, found -0.5"),
+        (
+            earth,
+            "gnss(noise: (vertical_sigma: -0.5))",
+            "noise.vertical_sigma: expected a number from 0 to 10000, found -0.5",
+        ),
         (earth, "gnss(every: 2, phase: 2)", "sensor.phase: expected less than every"),
         ("", "gnss()", "sensor: expected the scene to have a geo_origin"),
-        (earth, "collision(margin: -1)", "margin: expected 0 to 10, found -1"),
-        (earth, "lane(reach: 0)", "reach: expected above 0 to 15, found 0"),
+        (earth, "collision(margin: -1)", "margin: expected a number from 0 to 10, found -1"),
+        (earth, "lane(reach: 0)", "reach: expected a number above 0, at most 15, found 0"),
         ("geo_origin: (latitude_degrees: 91, longitude_degrees: 0),", "imu()", "geo_origin.latitude_degrees: expected"),
         ("geo_origin: (latitude_degrees: 1),", "imu()", "longitude_degrees"),
         (
