@@ -9,10 +9,12 @@ import pytest
 
 import relief
 from conftest import ROOT, needed
+from described_stubs import STUBS as PATH, written
+from relief.described import DESCRIPTIONS, kinds
 
 STUBS = ast.parse((ROOT / "python/relief/_relief.pyi").read_text(encoding="utf-8"))
 CLASSES = {own.name: own for own in STUBS.body if isinstance(own, ast.ClassDef)}
-KINDS = ["camera", "lidar", "imu", "gnss", "collision", "lane"]
+KINDS = list(kinds(DESCRIPTIONS["sensor"]))
 
 
 def keys(name):
@@ -33,22 +35,43 @@ def known(call, *arguments, **given):
 def test_keywords_are_those_that_the_calls_take(field, kind):
     car = field.spawn_vehicle("car", at=(0, 0, 0))
     for owner, class_ in ((car, "Entity"), (field, "Sim")):
-        if not hasattr(owner, f"add_{kind}"):
-            continue
         (method,) = [own for own in CLASSES[class_].body if getattr(own, "name", "") == f"add_{kind}"]
         dictionary = method.args.kwarg.annotation.slice.id
         taken = known(getattr(owner, f"add_{kind}"), "a", nonsense=5)
         assert sorted(keys(dictionary)) == sorted(taken)
-        # Help names them all, too, those of every sensor with the camera.
-        help_ = getattr(relief.Sim, f"add_{kind}", None)
-        if help_ is not None:
-            said = relief.Sim.add_camera.__doc__ + help_.__doc__
-            assert not [name for name in keys(dictionary) if f"`{name}`" not in said]
+        # Help names them all, too.
+        said = getattr(type(owner), f"add_{kind}").__doc__
+        assert not [name for name in keys(dictionary) if f"`{name}`" not in said]
+
+
+def test_stubs_are_those_of_what_is_described():
+    text = PATH.read_text(encoding="utf-8")
+    assert written(text) == text, "run python/tests/described_stubs.py"
+
+
+def test_fields_of_lights_are_properties_that_are_read_and_set(field):
+    for kind in ("point", "spot", "directional"):
+        light = field.spawn_light(getattr(relief.Light, kind)(2.0), at=(0, 5, 0))
+        for name, own in DESCRIPTIONS["light"]["properties"].items():
+            value = getattr(light, name)
+            if kind in own.get("kinds", [kind]) and value is not None:
+                setattr(light, name, value)
+                assert getattr(light, name) == value, (kind, name)
+    light.color = "#ff0000"
+    assert light.color == (1.0, 0.0, 0.0)
+    light.color = {"kelvin": 2700}
+    assert light.color[0] == 1.0 > light.color[2]
+    lamp = field.spawn_light(relief.Light.point(1, 5, attenuation="inverse_square", ambient=(0.1, 0, 0)), at=(0, 5, 0))
+    assert lamp.attenuation == (0, 0, 1) and lamp.range == 5 and lamp.ambient[0] == pytest.approx(0.1)
+    lamp.range = float("inf")
+    assert lamp.range == float("inf") and lamp.shadow_near == pytest.approx(0.05)
+    with pytest.raises(ValueError, match="shadow_near: expected a number from 0.001 to 10000000, found 0"):
+        lamp.shadow_near = 0
 
 
 def test_fields_of_noise_are_those_that_are_taken(field):
-    assert sorted(keys("_ImageNoise")) == sorted(known(field.add_camera, "a", noise={"nonsense": 5}))
-    assert sorted(keys("_ImageNoise")) == sorted(field.add_camera("b", size=(8, 8), noise={}).noise)
+    assert sorted(keys("_CameraArgumentsNoise")) == sorted(known(field.add_camera, "a", noise={"nonsense": 5}))
+    assert sorted(keys("_CameraArgumentsNoise")) == sorted(field.add_camera("b", size=(8, 8), noise={}).noise)
 
 
 def test_mypy_knows_them(tmp_path):

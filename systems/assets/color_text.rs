@@ -38,8 +38,21 @@ impl fmt::Display for BadColor {
 #[serde(untagged, expecting = "expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)")]
 enum ColorText {
     Linear([f32; 3]),
-    Hex(String),
+    Hex(Hex),
     Other(OtherColor),
+}
+
+/// Text that begins as a colour does.
+#[derive(Deserialize)]
+#[serde(try_from = "String")]
+struct Hex(String);
+
+impl TryFrom<String> for Hex {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, &'static str> {
+        if text.starts_with('#') { Ok(Self(text)) } else { Err("no colour") }
+    }
 }
 
 #[derive(Deserialize)]
@@ -53,7 +66,9 @@ impl From<ColorText> for Color {
     fn from(text: ColorText) -> Self {
         Self(match text {
             ColorText::Linear(rgb) => Ok(Vec3::from_array(rgb)),
-            ColorText::Hex(hex) | ColorText::Other(OtherColor::Srgb(hex)) => linear_from_hex(&hex).ok_or(BadColor::Hex),
+            ColorText::Hex(Hex(hex)) | ColorText::Other(OtherColor::Srgb(hex)) => {
+                linear_from_hex(&hex).ok_or(BadColor::Hex)
+            }
             ColorText::Other(OtherColor::Kelvin(kelvin)) => linear_from_kelvin(kelvin).ok_or(BadColor::Kelvin),
         })
     }
@@ -144,8 +159,9 @@ mod tests {
         assert_eq!(read("[1, 0.5, 0]"), Color::linear(Vec3::new(1.0, 0.5, 0.0)));
         assert_eq!(read("\"#fff\""), read("{\"srgb\": \"#ffffff\"}"));
         assert_eq!(read("{\"kelvin\": 2700}").0.ok(), linear_from_kelvin(2700.0));
-        assert_eq!((read("\"red\"").0, read("{\"kelvin\": 1}").0), (Err(BadColor::Hex), Err(BadColor::Kelvin)));
-        let refused = serde_json::to_string(&read("\"red\"")).expect_err("no colour").to_string();
+        assert_eq!((read("\"#ff\"").0, read("{\"kelvin\": 1}").0), (Err(BadColor::Hex), Err(BadColor::Kelvin)));
+        assert!(serde_json::from_str::<Color>("\"red\"").is_err());
+        let refused = serde_json::to_string(&read("\"#ff\"")).expect_err("no colour").to_string();
         assert_eq!(refused, BadColor::Hex.to_string());
     }
 }

@@ -14,7 +14,7 @@ use std::fmt::{self, Display};
 
 /// A struct, or a choice of structs, whose fields are described on itself.
 pub trait Described: Serialize + DeserializeOwned + JsonSchema + 'static {
-    /// Checks what ranges of single fields cannot say. They hold by then.
+    /// Checks what ranges of single fields cannot say. It is asked where they do not hold, too.
     ///
     /// # Errors
     /// The first fault, with its place in this value.
@@ -23,14 +23,14 @@ pub trait Described: Serialize + DeserializeOwned + JsonSchema + 'static {
     }
 }
 
-/// Faults of a value: all that are out of range, or else the first of the whole.
+/// Faults of a value: all that are out of range, and the first of the whole, unless it is of one of these.
 pub fn faults<T: Described>(value: &T) -> Vec<Fault> {
     let mut found = Found::default();
     walk(value, schema::<T>(), Limits::default(), &mut found);
-    if found.faults.is_empty() {
-        found.faults.extend(value.check_whole().err());
-    }
-    found.faults
+    let mut faults = found.faults;
+    let whole = value.check_whole().err();
+    faults.extend(whole.filter(|whole| faults.iter().all(|fault| !fault.steps.starts_with(&whole.steps))));
+    faults
 }
 
 /// Checks a value.
@@ -279,13 +279,14 @@ impl Serializer for Walk<'_, '_> {
 
     fn serialize_seq(self, length: Option<usize>) -> Result<Self, Refused> {
         let list = with(self.schema, &|schema| schema["type"] == "array");
+        let noun = list["of"].as_str().unwrap_or("items");
         let bound = |key: &str| list[key].as_u64().and_then(|bound| usize::try_from(bound).ok());
         let (least, most, found) = (bound("minItems").unwrap_or(0), bound("maxItems"), length.unwrap_or(0));
         match most {
             Some(most) if !(least..=most).contains(&found) => {
-                Err(Refused(format!("expected from {least} to {most} items, found {found}")))
+                Err(Refused(format!("expected from {least} to {most} {noun}, found {found}")))
             }
-            None if found < least => Err(Refused(format!("expected at least {least} items, found {found}"))),
+            None if found < least => Err(Refused(format!("expected at least {least} {noun}, found {found}"))),
             _ => Ok(self),
         }
     }
@@ -463,10 +464,13 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_is_asked_where_its_numbers_are_in_range() {
+    fn a_fault_of_the_whole_is_told_beside_those_of_other_places() {
         let both = Thing { bits: 12, gain: Some(1.0), ..Thing::default() };
         assert_eq!(told(&both), ["gain: expected none beside 12 bits"]);
-        assert_eq!(told(&Thing { width: 0.0, ..both }), ["width: expected a number from 0.1 to 10, found 0"]);
+        let narrow = "width: expected a number from 0.1 to 10, found 0";
+        assert_eq!(told(&Thing { width: 0.0, ..both.clone() }), [narrow, "gain: expected none beside 12 bits"]);
+        let loud = Thing { gain: Some(6.0), ..both };
+        assert_eq!(told(&loud), ["gain: expected a number above 0, at most 5, found 6"]);
     }
 
     #[test]

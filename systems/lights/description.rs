@@ -292,7 +292,7 @@ mod tests {
     fn faults_are_named() {
         for (text, expected) in [
             (r#"{"point": {"range": 0}}"#, "range: expected a number from 0.001 to 10000000, found 0"),
-            (r#"{"point": {"color": "red"}}"#, "color: expected a colour like srgb(\"#ffcc88\") or srgb(\"#fc8\")"),
+            (r##"{"point": {"color": "#red"}}"##, "color: expected a colour like srgb(\"#ffcc88\") or srgb(\"#fc8\")"),
             (r#"{"point": {"color": [0, -1, 0]}}"#, "color[1]: expected a number from 0 to 1000000000, found -1"),
             (r#"{"directional": {"range": 5}}"#, "range: a directional light has none; only point and spot have it"),
             (

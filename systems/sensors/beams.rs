@@ -63,7 +63,7 @@ pub enum Beams {
         vertical_degrees: f32,
     },
     /// Any others, in the order of their rings.
-    List(#[schemars(length(min = 1, max = u16::MAX))] Vec<Beam>),
+    List(#[schemars(length(min = 1, max = u16::MAX), extend("of" = "beams"))] Vec<Beam>),
 }
 
 impl Beams {
@@ -204,7 +204,7 @@ mod tests {
     fn what_is_wrong_is_named() {
         let steep = Beam { elevation_degrees: 91.0, ..Beam::default() };
         let cases = [
-            (Beams::List(vec![]), "beams: expected from 1 to 65535 items, found 0"),
+            (Beams::List(vec![]), "beams: expected from 1 to 65535 beams, found 0"),
             (
                 Beams::List(vec![Beam::default(), steep]),
                 "beams[1].elevation_degrees: expected a number from -90 to 90, found 91",

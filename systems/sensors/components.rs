@@ -77,7 +77,7 @@ impl Default for Rate {
 impl Described for Rate {
     fn check_whole(&self) -> Result<(), Fault> {
         let Self { every, phase } = self;
-        if phase < every {
+        if phase < every || *every == 0 {
             return Ok(());
         }
         let expected = format!("expected less than every, which is {every}, found {phase}");
@@ -287,7 +287,7 @@ pub enum Lens {
         /// Half the height of the visible box, metres.
         half_height: f32,
     },
-    /// As [`Lens::FieldOfView`], by the other angle. No sensor of a world has it: see [`CameraSensor::resolved`].
+    /// The same by the other angle. No sensor of a world has it: see [`CameraSensor::resolved`].
     FieldOfViewX {
         /// Horizontal, radians.
         x: f64,

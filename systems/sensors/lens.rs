@@ -121,7 +121,7 @@ impl CameraSensor {
             return Ok(());
         }
         // What sees the border sees what is within it.
-        let (right, bottom) = (self.size.0.max(1) - 1, self.size.1.max(1) - 1);
+        let [right, bottom] = [self.size.0, self.size.1].map(|side| side.clamp(1, Self::LARGEST) - 1);
         let across = (0..=right).flat_map(|u| [(u, 0), (u, bottom)]);
         let down = (0..=bottom).flat_map(|v| [(0, v), (right, v)]);
         match across.chain(down).find_map(|(u, v)| self.fold_before(u.into(), v.into(), limit)) {
