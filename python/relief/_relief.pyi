@@ -96,9 +96,164 @@ class _LensArguments(_SensorArguments, total=False):
     largest_degrees: Optional[float]
 
 # described: arguments
+class _CameraExposureFixedChoice(TypedDict):
+    fixed: float
+
+class _CameraExposureMetered(TypedDict, total=False):
+    key: float
+    stops: float
+
+class _CameraExposureMeteredChoice(TypedDict):
+    metered: _CameraExposureMetered
+
+class _CameraLensFieldOfView(TypedDict, total=False):
+    x_degrees: float
+    y_degrees: float
+
+class _CameraLensFieldOfViewChoice(TypedDict):
+    field_of_view: _CameraLensFieldOfView
+
+class _CameraLensPinhole(TypedDict):
+    cx: float
+    cy: float
+    fx: float
+    fy: float
+
+class _CameraLensPinholeChoice(TypedDict):
+    pinhole: _CameraLensPinhole
+
+class _CameraLensBrownConrady(TypedDict):
+    cx: float
+    cy: float
+    fx: float
+    fy: float
+    k1: NotRequired[float]
+    k2: NotRequired[float]
+    k3: NotRequired[float]
+    k4: NotRequired[float]
+    k5: NotRequired[float]
+    k6: NotRequired[float]
+    p1: NotRequired[float]
+    p2: NotRequired[float]
+
+class _CameraLensBrownConradyChoice(TypedDict):
+    brown_conrady: _CameraLensBrownConrady
+
+class _CameraLensKannalaBrandt(TypedDict):
+    cx: float
+    cy: float
+    fx: float
+    fy: float
+    k1: NotRequired[float]
+    k2: NotRequired[float]
+    k3: NotRequired[float]
+    k4: NotRequired[float]
+    largest_degrees: NotRequired[float]
+
+class _CameraLensKannalaBrandtChoice(TypedDict):
+    kannala_brandt: _CameraLensKannalaBrandt
+
+class _CameraLensOrthographic(TypedDict):
+    half_height: float
+
+class _CameraLensOrthographicChoice(TypedDict):
+    orthographic: _CameraLensOrthographic
+
+class _CameraNoise(TypedDict, total=False):
+    bits: Literal[8, 12]
+    black: int
+    dark: float
+    full_well: float
+    gain: float
+    read: float
+
+class _LidarBeamsGrid(TypedDict):
+    horizontal_degrees: float
+    rows: int
+    vertical_degrees: float
+
+class _LidarBeamsGridChoice(TypedDict):
+    grid: _LidarBeamsGrid
+
+class _LidarBeamsList(TypedDict):
+    azimuth_degrees: NotRequired[float]
+    delay: NotRequired[float]
+    elevation_degrees: float
+    height: NotRequired[float]
+
+class _LidarBeamsListChoice(TypedDict):
+    list: Sequence[_LidarBeamsList]
+
+class _CameraArguments(_LensArguments, total=False):
+    exposure: Optional[Union[Literal["scene"], float, _CameraExposureFixedChoice, Literal["metered"], _CameraExposureMeteredChoice]]
+    far: Optional[float]
+    lens: Optional[Union[Literal["field_of_view"], _CameraLensFieldOfViewChoice, _CameraLensPinholeChoice, _CameraLensBrownConradyChoice, _CameraLensKannalaBrandtChoice, _CameraLensOrthographicChoice]]
+    near: Optional[float]
+    noise: Optional[_CameraNoise]
+    outputs: Optional[Union[str, Sequence[str], NDArray[Any]]]
+    samples: Optional[Literal[1, 4]]
+    size: Optional[Union[Sequence[int], NDArray[Any]]]
+
+class _LidarArguments(_SensorArguments, total=False):
+    attenuation: Optional[float]
+    beams: Optional[Union[Literal["vlp16"], Literal["hdl32"], Literal["hdl64"], Literal["os1_64"], Literal["os1_128"], _LidarBeamsGridChoice, _LidarBeamsListChoice]]
+    columns: Optional[int]
+    hz: Optional[float]
+    drop_below: Optional[float]
+    drop_rate: Optional[float]
+    range_sigma: Optional[float]
+    range: Optional[Union[Sequence[float], NDArray[Any]]]
+    sweep: Optional[bool]
+
+class _ImuArguments(_SensorArguments, total=False):
+    accelerometer_bias: Optional[_Point]
+    accelerometer_density: Optional[float]
+    gyroscope_bias: Optional[_Point]
+    gyroscope_density: Optional[float]
+
+class _GnssArguments(_SensorArguments, total=False):
+    horizontal_sigma: Optional[float]
+    velocity_sigma: Optional[float]
+    vertical_sigma: Optional[float]
+
+class _CollisionArguments(_SensorArguments, total=False):
+    margin: Optional[float]
+
+class _LaneArguments(_SensorArguments, total=False):
+    reach: Optional[float]
+
+class _PointLight(TypedDict, total=False):
+    ambient: Optional[_Color]
+    attenuation: Optional[Union[_Point, Literal["inverse_square"]]]
+    color: Optional[_Color]
+    on: Optional[bool]
+    radius: Optional[float]
+    shadow_near: Optional[float]
+    shadows: Optional[bool]
+
+class _SpotLight(TypedDict, total=False):
+    ambient: Optional[_Color]
+    attenuation: Optional[Union[_Point, Literal["inverse_square"]]]
+    color: Optional[_Color]
+    cutoff_degrees: Optional[float]
+    exponent: Optional[float]
+    inner_degrees: Optional[float]
+    on: Optional[bool]
+    outer_degrees: Optional[float]
+    radius: Optional[float]
+    shadow_near: Optional[float]
+    shadows: Optional[bool]
+
+class _DirectionalLight(TypedDict, total=False):
+    ambient: Optional[_Color]
+    angle_degrees: Optional[float]
+    color: Optional[_Color]
+    on: Optional[bool]
+    shadows: Optional[bool]
 # end of described
 
 # described: kinds
+_SensorKind = Literal["camera", "lidar", "imu", "gnss", "collision", "lane"]
 # end of described
 
 # "class" is a word of the language.
@@ -176,6 +331,12 @@ class Sim:
         name: Optional[str] = None,
     ) -> Entity: ...
     # described: methods
+    def add_camera(self, name: str, **arguments: Unpack[_CameraArguments]) -> Sensor: ...
+    def add_lidar(self, name: str, **arguments: Unpack[_LidarArguments]) -> Sensor: ...
+    def add_imu(self, name: str, **arguments: Unpack[_ImuArguments]) -> Sensor: ...
+    def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
+    def add_collision(self, name: str, **arguments: Unpack[_CollisionArguments]) -> Sensor: ...
+    def add_lane(self, name: str, **arguments: Unpack[_LaneArguments]) -> Sensor: ...
     # end of described
     def entity(self, id: int) -> Any: ...
     def set_signal(self, name: str, shows: Optional[Union[str, Sequence[str]]]) -> None: ...
@@ -290,6 +451,12 @@ class Entity:
         look_at: Optional[_Point] = None,
     ) -> None: ...
     # described: methods
+    def add_camera(self, name: str, **arguments: Unpack[_CameraArguments]) -> Sensor: ...
+    def add_lidar(self, name: str, **arguments: Unpack[_LidarArguments]) -> Sensor: ...
+    def add_imu(self, name: str, **arguments: Unpack[_ImuArguments]) -> Sensor: ...
+    def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
+    def add_collision(self, name: str, **arguments: Unpack[_CollisionArguments]) -> Sensor: ...
+    def add_lane(self, name: str, **arguments: Unpack[_LaneArguments]) -> Sensor: ...
     # end of described
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -353,6 +520,66 @@ class LightEntity(Entity):
     @property
     def kind(self) -> Literal["point", "spot", "directional"]: ...
     # described: light
+    @property
+    def ambient(self) -> _Rgb: ...
+    @ambient.setter
+    def ambient(self, value: _Color) -> None: ...
+    @property
+    def angle_degrees(self) -> float: ...
+    @angle_degrees.setter
+    def angle_degrees(self, value: float) -> None: ...
+    @property
+    def attenuation(self) -> Tuple[float, float, float]: ...
+    @attenuation.setter
+    def attenuation(self, value: Union[_Point, Literal["inverse_square"]]) -> None: ...
+    @property
+    def color(self) -> _Rgb: ...
+    @color.setter
+    def color(self, value: _Color) -> None: ...
+    @property
+    def cutoff_degrees(self) -> Optional[float]: ...
+    @cutoff_degrees.setter
+    def cutoff_degrees(self, value: float) -> None: ...
+    @property
+    def exponent(self) -> Optional[float]: ...
+    @exponent.setter
+    def exponent(self, value: float) -> None: ...
+    @property
+    def inner_degrees(self) -> Optional[float]: ...
+    @inner_degrees.setter
+    def inner_degrees(self, value: float) -> None: ...
+    @property
+    def intensity(self) -> float: ...
+    @intensity.setter
+    def intensity(self, value: float) -> None: ...
+    @property
+    def on(self) -> bool: ...
+    @on.setter
+    def on(self, value: bool) -> None: ...
+    @property
+    def outer_degrees(self) -> Optional[float]: ...
+    @outer_degrees.setter
+    def outer_degrees(self, value: float) -> None: ...
+    @property
+    def radius(self) -> float: ...
+    @radius.setter
+    def radius(self, value: float) -> None: ...
+    @property
+    def range(self) -> float: ...
+    @range.setter
+    def range(self, value: float) -> None: ...
+    @property
+    def shadow_near(self) -> float: ...
+    @shadow_near.setter
+    def shadow_near(self, value: float) -> None: ...
+    @property
+    def shadows(self) -> bool: ...
+    @shadows.setter
+    def shadows(self, value: bool) -> None: ...
+    @property
+    def enabled(self) -> bool: ...
+    @enabled.setter
+    def enabled(self, value: bool) -> None: ...
     # end of described
     def change(self, light: Light) -> None: ...
 

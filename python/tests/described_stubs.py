@@ -57,7 +57,10 @@ class Stubs:
                     types.append("float")
                 elif "properties" in value and "required" not in value:
                     types.append(f"Literal[{json.dumps(key)}]")
-                types.append(self.dictionary(f"{name}{camel(key)}Choice", {**choice, "required": [key]}))
+                inner = self.type(value, f"{name}{camel(key)}")
+                wrapper = f"{name}{camel(key)}Choice"
+                self.classes.setdefault(wrapper, f"class {wrapper}(TypedDict):\n    {key}: {inner}")
+                types.append(wrapper)
             elif choice.get("type") != "null":
                 types.append(self.type(choice, name, given))
         return f"Union[{', '.join(types)}]" if len(types) > 1 else types[0]
@@ -77,7 +80,8 @@ class Stubs:
 
 def arguments(name, fields, stubs, base="TypedDict"):
     lines = [f"class {name}({base}, total=False):"]
-    lines += [f"    {field}: Optional[{stubs.type(own, name + camel(field))}]" for field, own in fields.items()]
+    part = name.removesuffix("Arguments")
+    lines += [f"    {field}: Optional[{stubs.type(own, part + camel(field))}]" for field, own in fields.items()]
     return "\n".join(lines)
 
 

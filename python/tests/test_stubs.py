@@ -70,8 +70,8 @@ def test_fields_of_lights_are_properties_that_are_read_and_set(field):
 
 
 def test_fields_of_noise_are_those_that_are_taken(field):
-    assert sorted(keys("_CameraArgumentsNoise")) == sorted(known(field.add_camera, "a", noise={"nonsense": 5}))
-    assert sorted(keys("_CameraArgumentsNoise")) == sorted(field.add_camera("b", size=(8, 8), noise={}).noise)
+    assert sorted(keys("_CameraNoise")) == sorted(known(field.add_camera, "a", noise={"nonsense": 5}))
+    assert sorted(keys("_CameraNoise")) == sorted(field.add_camera("b", size=(8, 8), noise={}).noise)
 
 
 def test_mypy_knows_them(tmp_path):

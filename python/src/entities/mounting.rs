@@ -143,18 +143,17 @@ fn lens(arguments: &mut Keywords<'_, '_>, camera: &CameraSensor, is_given: bool)
     // Faults of a lens are those of the keywords that it is given by.
     let keywords = match lens {
         _ if is_given => "lens",
-        Lens::FieldOfView { .. } | Lens::FieldOfViewX { .. } => "fov",
-        Lens::Orthographic { .. } => "",
-        Lens::Pinhole(_) => "K",
         Lens::BrownConrady { .. } => "K, distortion",
         Lens::KannalaBrandt { .. } => "K, fisheye",
+        _ => "K",
     };
     let checked = CameraSensor { lens, ..camera.clone() }.check_lens();
     checked.map_err(|fault| {
-        Failure::value(match keywords {
-            "" => fault.to_string(),
-            "fov" => format!("fov_{fault}"),
-            keywords => format!("{keywords}: {fault}"),
+        Failure::value(match fault.place.as_str() {
+            _ if is_given => format!("{keywords}: {fault}"),
+            "x_degrees" | "y_degrees" => format!("fov_{fault}"),
+            "largest_degrees" | "half_height" => fault.to_string(),
+            _ => format!("{keywords}: {fault}"),
         })
     })?;
     Ok(lens)
