@@ -119,7 +119,7 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     let text = r#"(
         vehicle_types: ["vehicles.ron"],
         entities: [
-            (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, by_hand: true), transform: (translation: (1, 2, 3)),
+            (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, manual: true), transform: (translation: (1, 2, 3)),
              children: [(name: "seat", camera: ())]),
             (vehicle: (type: "cart")),
             (vehicle: (type: "crt"), transform: (translation: (9, 0, 0))),
