@@ -8,7 +8,7 @@
 //!
 //! Where no pose comes for [`STALE`] seconds, that is told, and the vehicle brakes to a standstill.
 
-use super::components::{ManualControl, Motion, OnRoute};
+use super::components::{FASTEST, ManualControl, Motion, OnRoute};
 use super::driving::{Body, Surroundings};
 use super::routes::Routes;
 use super::steering;
@@ -19,8 +19,6 @@ use serde::{Deserialize, Serialize};
 
 /// Seconds after which a source counts as stale, and by which a stamp differs from the clock at most.
 pub const STALE: f64 = 2.0;
-/// m/s, at most.
-const FASTEST: f64 = super::components::FASTEST;
 /// Radians, and radians per second, at most.
 const MOST_TURNED: (f64, f64) = (1e4, 100.0);
 /// Seconds that a correction takes at most.
@@ -160,8 +158,8 @@ impl External {
     /// # Errors
     /// The range that was expected.
     pub fn check_stamp(stamp: f64, last: Option<f64>, seconds: f64) -> Result<(), String> {
-        if !((seconds - stamp).abs() <= STALE) {
-            let (from, to) = (seconds - STALE, seconds + STALE);
+        let (from, to) = (seconds - STALE, seconds + STALE);
+        if !(from..=to).contains(&stamp) {
             return Err(format!("stamp: expected seconds of the clock from {from:.3} to {to:.3}, found {stamp}"));
         }
         match last.filter(|last| stamp <= *last) {
@@ -252,7 +250,7 @@ impl External {
     /// What is left of the difference, and its change per second: a cubic from the first to nothing.
     fn correction(&self) -> (Offset, Offset) {
         let (seconds, t) = (self.interval, self.since / self.interval);
-        if !(t < 1.0) {
+        if t >= 1.0 {
             return (Offset::default(), Offset::default());
         }
         let (Self { off, off_rate, .. }, left) = (self, 1.0 - t);
@@ -298,18 +296,14 @@ impl External {
     /// Tells if its numbers make sense.
     pub(crate) fn is_sound(&self) -> bool {
         let Self { given, now, interval, acceleration, yaw_acceleration, off, off_rate, since } = self;
-        let numbers = [*interval, *acceleration, *yaw_acceleration, *since];
-        let all = [off, off_rate]
-            .map(|off| off.place.is_finite() && off.yaw.is_finite() && off.tilt.iter().all(|n| n.is_finite()));
-        let is_near = now.place.abs().max_element() <= 2.0 * FARTHEST && now.velocity.is_finite();
-        let is_turned = now.yaw.is_finite() && now.yaw_rate.is_finite() && now.stamp.is_finite();
+        let numbers = [*interval, *acceleration, *yaw_acceleration, *since, now.stamp, now.yaw, now.yaw_rate];
+        let angles = [off, off_rate].into_iter().flat_map(|off| [off.yaw, off.tilt[0], off.tilt[1]]);
+        let tilt = now.tilt.into_iter().flatten();
         given.is_sound()
-            && now.tilt.into_iter().flatten().all(f64::is_finite)
-            && is_near
-            && is_turned
-            && all == [true; 2]
             && *interval > 0.0
-            && numbers.iter().all(|n| n.is_finite())
+            && numbers.into_iter().chain(angles).chain(tilt).all(f64::is_finite)
+            && [now.velocity, off.place, off_rate.place].iter().all(|vector| vector.is_finite())
+            && now.place.abs().max_element() <= 2.0 * FARTHEST
     }
 }
 

@@ -17,7 +17,7 @@ use systems::run::standard_inputs::{
     Despawn, Drive, EditLight, Hide, MoveVehicle, NextMeshVariant, ReleaseVehicle, SetManualControl, SetTransform,
 };
 use systems::space::Transform;
-use systems::vehicles::Controls;
+use systems::vehicles::{Controls, StampedMotion};
 
 /// Files of at most so many bytes; what is small is changed where it matters.
 const MOST_BYTES: u64 = 40 << 10;

@@ -341,7 +341,11 @@ fn it_stands_on_the_ground_or_as_it_is_given() {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Grounds::new(slope));
     let mut led = Led::of(simulation, Transform::IDENTITY);
-    let way = |seconds: f64| along(FRAC_PI_2, 10.0 * seconds, 10.0);
+    // The height is that of the ground where it begins, and counts no more then.
+    let way = |seconds: f64| {
+        let level = along(FRAC_PI_2, 10.0 * seconds, 10.0);
+        StampedMotion { place: level.place.with_y(10.5), ..level }
+    };
     led.run(6, 60, &way, |_| {});
     let (motion, at) = (led.motion(), led.get::<Transform>());
     // Heights of triangles a kilometre long are of 32 bits, 1e-4 m; angles of that over the wheelbase.
