@@ -132,18 +132,11 @@ fn a_vehicle_from_outside_moves_between_its_stamps_and_jumps_where_it_is_put() {
     drive.check(&[]);
     for step in 1..=260 {
         if step % 6 == 1 {
-            // On a circle of 20 m at 8 m/s. A first place far from where it stood, and another from step 133 on.
-            let stamp = (step - 1) as f64 * STEP;
-            let turn = DQuat::from_rotation_y(0.4 * stamp);
-            let middle = DVec3::X * if step < 130 { 50.0 } else { 62.0 };
-            let motion = StampedMotion {
-                stamp,
-                place: middle - turn * DVec3::X * 20.0,
-                yaw: 0.4 * stamp,
-                velocity: turn * DVec3::Z * 8.0,
-                yaw_rate: 0.4,
-                tilt: None,
-            };
+            // Straight on at 8 m/s. A first place far from where it stood, and another from step 133 on.
+            let (stamp, yaw) = ((step - 1) as f64 * STEP, 0.3);
+            let velocity = DQuat::from_rotation_y(yaw) * DVec3::Z * 8.0;
+            let place = DVec3::X * if step < 130 { 50.0 } else { 62.0 } + velocity * stamp;
+            let motion = StampedMotion { stamp, place, yaw, velocity, ..StampedMotion::default() };
             drive.simulation.world.resource_mut::<Inputs>().push(MoveVehicle { vehicle, motion });
         }
         drive.simulation.step();
