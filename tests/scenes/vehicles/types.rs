@@ -150,11 +150,11 @@ fn the_old_name_of_manual_is_read_with_a_warning() {
     folder.file("vehicles.ron", TYPES);
     let text = r#"(vehicle_types: ["vehicles.ron"], entities: [
         (vehicle: (type: "cart")),
-        (children: [(vehicle: (type: "cart", by_hand: true), transform: (translation: (9, 0, 0)))]),
+        (vehicle: (type: "cart", by_hand: true), transform: (translation: (9, 0, 0))),
     ])"#;
     let mut simulation = Simulation::new();
     let loaded = scene::load(&folder.file("scene.ron", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
-    let place = "entities[1].children[0].vehicle.by_hand (line 3, column 55)";
+    let place = "entities[1].vehicle.by_hand (line 3, column 43)";
     assert_eq!(loaded.warnings, [format!("{place}: deprecated name; use manual")]);
     let mut manual = simulation.world.query_filtered::<(), (With<Vehicle>, With<ManualControl>)>();
     assert_eq!(manual.iter(&simulation.world).count(), 1);
