@@ -2,7 +2,7 @@
 
 >>> import relief
 >>> sim = relief.Sim()
->>> car = sim.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
+>>> car = sim.spawn_vehicle("car", at=(0, 0, 0), manual=True)
 >>> camera = car.add_camera("front", size=(64, 48), at=(0, 1.4, 1.8), outputs=("color", "depth"))
 >>> car.drive(throttle=0.4)
 >>> sim.step(10)

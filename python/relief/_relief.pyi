@@ -302,7 +302,7 @@ class Sim:
         *,
         yaw: float = 0.0,
         name: Optional[str] = None,
-        by_hand: bool = False,
+        manual: bool = False,
         paint: int = 0,
         route: Optional[str] = None,
         lane: int = 0,
@@ -487,9 +487,27 @@ class Vehicle(Entity):
     @property
     def offset(self) -> Optional[float]: ...
     @property
+    def manual(self) -> bool: ...
+    @manual.setter
+    def manual(self, manual: bool) -> None: ...
+    @property
     def by_hand(self) -> bool: ...
     @by_hand.setter
     def by_hand(self, by_hand: bool) -> None: ...
+    @property
+    def motion_source(self) -> Literal["route", "manual", "external"]: ...
+    def move(
+        self,
+        at: _Point,
+        *,
+        yaw: float = 0.0,
+        pitch: Optional[float] = None,
+        roll: Optional[float] = None,
+        velocity: _Point = (0, 0, 0),
+        yaw_rate: float = 0.0,
+        stamp: Optional[float] = None,
+    ) -> None: ...
+    def release(self) -> None: ...
     @property
     def controls(self) -> Dict[str, Any]: ...
     def drive(

@@ -79,7 +79,7 @@ def calls(sim):
     yield spawn_vehicle, "kind", "text", None
     yield spawn_vehicle, "at", "point", OPTIONAL
     at = lambda **given: spawn_vehicle(at=(0, 0, 0), **given)
-    for name, kind in [("yaw", "number"), ("name", "text"), ("by_hand", "flag"), ("paint", "count"), ("route", "text")]:
+    for name, kind in [("yaw", "number"), ("name", "text"), ("manual", "flag"), ("paint", "count"), ("route", "text")]:
         yield at, name, kind, OPTIONAL
     on = lambda **given: spawn_vehicle(**{"route": "main", **given})
     for name, kind in [("lane", "count"), ("along", "number"), ("speed", "number"), ("route", "text")]:
@@ -123,7 +123,12 @@ def calls(sim):
     yield place, "at", "point", None
     for name, kind in [*turn, ("look_at", "point")]:
         yield place, name, kind, OPTIONAL
-    yield setter(car, "by_hand"), 0, "flag", ("by_hand", "missing")
+    yield setter(car, "manual"), 0, "flag", ("manual", "missing")
+    move = lambda **given: car.move(given.pop("at", (0, 0, 0)), **given)
+    yield move, "at", "point", None
+    for name in ("yaw", "pitch", "roll", "yaw_rate", "stamp"):
+        yield move, name, "number", OPTIONAL
+    yield move, "velocity", "point", OPTIONAL
     for name in ("throttle", "brake", "steer"):
         yield car.drive, name, "number", OPTIONAL
     for name in ("headlights", "indicator"):
@@ -210,7 +215,7 @@ def test_every_argument_of_the_package_is_among_these(all_calls):
 def test_numbers_of_numpy_are_numbers(road):
     for kind in (np.float16, np.float32, np.float64, np.int8, np.int32, np.int64, np.uint8):
         one = kind(1)
-        car = road.spawn_vehicle("car", at=(one, one, one), yaw=one, paint=int(one), by_hand=np.True_)
+        car = road.spawn_vehicle("car", at=(one, one, one), yaw=one, paint=int(one), manual=np.True_)
         car.drive(throttle=one, brake=one, steer=one)
         assert car.controls["steer"] == 1
         camera = car.add_camera(

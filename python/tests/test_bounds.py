@@ -85,7 +85,7 @@ def test_paints_groups_and_ranges_that_are_not_there(road):
 def test_under_manual_control_the_place_on_the_route_is_the_lane_sensor_s(road):
     car = road.spawn_vehicle("car", route="main", lane=0, along=30, speed=5)
     car.add_lane("lane", at=(0, 0, 0))
-    car.by_hand = True
+    car.manual = True
     (route,) = road.routes
     for along, lane, aside in [(64.8, 0, 0.4), (200.25, 1, -0.7), (399.0, 1, 0.2)]:
         place = route.points([along], lane)[0] + (aside, 0, 0)  # +X is left of +Z
@@ -98,7 +98,7 @@ def test_under_manual_control_the_place_on_the_route_is_the_lane_sensor_s(road):
     # Far from it, and beyond its end: it is the nearest place all the same.
     car.place((1000, 0, 500))
     assert car.along == pytest.approx(500, abs=1e-3) and car.offset > 900
-    car.by_hand = False
+    car.manual = False
     road.step()
     assert 0 <= car.along <= 400
 

@@ -10,7 +10,7 @@ OUTPUTS = ("color", "linear", "depth", "range", "normal", "instance", "part", "c
 
 
 def test_every_output_has_its_shape_and_type(field):
-    car = field.spawn_vehicle("car", at=(0, 0, 0), by_hand=True, name="ego")
+    car = field.spawn_vehicle("car", at=(0, 0, 0), manual=True, name="ego")
     field.spawn_vehicle("van", at=(0, 0, 15), name="ahead")
     car.add_camera("front", size=(40, 30), at=(0, 1.5, 2.2), outputs=OUTPUTS)
     field.capture()
@@ -127,7 +127,7 @@ def test_other_sensors(road):
 
 
 def test_pictures_of_several_worlds_are_those_of_each_alone(road):
-    ego = road.spawn_vehicle("car", route="main", along=40, lane=0, by_hand=True, name="ego")
+    ego = road.spawn_vehicle("car", route="main", along=40, lane=0, manual=True, name="ego")
     ego.add_camera("front", size=(48, 32), at=(0, 1.5, 2.2), outputs=("color", "depth", "instance", "boxes"))
     worlds = [road.fork() for _ in range(3)]
     for i, world in enumerate(worlds):

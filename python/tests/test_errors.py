@@ -158,7 +158,7 @@ def test_a_sheared_matrix_is_refused(field):
 
 
 def test_sensors_have_names_of_their_own(road):
-    one, two = (road.spawn_vehicle("car", at=(40 * i, 0, 0), name=f"car {i}", by_hand=True) for i in (1, 2))
+    one, two = (road.spawn_vehicle("car", at=(40 * i, 0, 0), name=f"car {i}", manual=True) for i in (1, 2))
     front = one.add_camera("front", size=(8, 8))
     assert front.name == "front" and front.full_name == "car 1/front"
     assert two.add_camera("front", size=(8, 8)).full_name == "car 2/front"
@@ -237,7 +237,7 @@ def test_sensors_that_need_no_picture_need_no_adapter():
     program = """
         import relief
         sim = relief.Sim()
-        car = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+        car = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
         sim.spawn_vehicle("van", at=(0, 0, 12))
         car.add_imu("imu")
         car.add_lidar("top", at=(0, 2.2, 0), every=6)

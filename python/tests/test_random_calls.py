@@ -38,7 +38,7 @@ class Calls:
         kind = r.choice(["vehicle", "vehicle", "light", "mesh"])
         if kind == "vehicle":
             types = [*sim.vehicle_types, "cat", ""]
-            sim.spawn_vehicle(r.choice(types), point(r), yaw=number(r), by_hand=r.random() < 0.5, paint=r.randrange(9))
+            sim.spawn_vehicle(r.choice(types), point(r), yaw=number(r), manual=r.random() < 0.5, paint=r.randrange(9))
         elif kind == "light":
             make = r.choice([relief.Light.point, relief.Light.spot, relief.Light.directional])
             sim.spawn_light(make(number(r)), point(r), pitch=number(r))
@@ -60,7 +60,7 @@ class Calls:
 
     def change(self):
         r, entity = self.r, self.entity()
-        name = r.choice(["position", "transform", "hidden", "intensity", "range", "color", "enabled", "open", "by_hand"])
+        name = r.choice(["position", "transform", "hidden", "intensity", "range", "color", "enabled", "open", "manual"])
         value = r.choice([point(r), number(r), True, False, "#ff00ff", [[1, 0, 0, number(r)]] * 4, entity])
         if name == "transform" and r.random() < 0.5:
             value = entity.transform

@@ -91,7 +91,7 @@ def peer(tmp_path, monkeypatch):
 def world():
     """A car with sensors before a van."""
     sim = relief.Sim()
-    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
     sim.spawn_vehicle("van", at=(0.5, 0, 12), name="van")
     k = (30.0, 31.0, 23.5, 15.0)
     outputs = ("color", "depth", "class", "instance", "range")
@@ -199,7 +199,7 @@ def test_a_velocity_drives_the_car(world, peer):
 
 
 def test_velocities_are_followed_as_the_type_of_vehicle_can(world):
-    truck = world.spawn_vehicle("truck", at=(9, 0, 0), name="truck", by_hand=True)
+    truck = world.spawn_vehicle("truck", at=(9, 0, 0), name="truck", manual=True)
     own = VelocityController(gain=3)
     with Bridge(world, controllers={"ego": own}) as bridge:
         controllers = {name: controller for name, (_, controller) in bridge._driven.items()}
@@ -293,8 +293,8 @@ def velocity(speed, yaw_rate):
 
 
 def test_each_vehicle_follows_by_its_controller(field, published):
-    car = field.spawn_vehicle("car", at=(0, 0, 0), name="car", by_hand=True)
-    van = field.spawn_vehicle("van", at=(9, 0, 0), name="van", by_hand=True)
+    car = field.spawn_vehicle("car", at=(0, 0, 0), name="car", manual=True)
+    van = field.spawn_vehicle("van", at=(9, 0, 0), name="van", manual=True)
     slow = VelocityController(gain=0.5, wheelbase=3.7)
     with Bridge(field, controllers={"van": slow}) as bridge:
         for name in ("car", "van"):
@@ -360,7 +360,7 @@ def test_names():
         "gr__e/_",
         "_",
     ]
-    sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
     with pytest.raises(ValueError, match='no vehicle "eg" is under manual control'):
         Bridge(sim, controllers={"eg": VelocityController()})
     sim.add_camera("a b", size=(8, 6), at=(0, 1, 0))
@@ -371,7 +371,7 @@ def test_names():
 
 def test_two_vehicles_of_one_name_are_refused(field):
     for x in (0, 9):
-        field.spawn_vehicle("car", at=(x, 0, 0), name="ego", by_hand=True)
+        field.spawn_vehicle("car", at=(x, 0, 0), name="ego", manual=True)
     with pytest.raises(ValueError, match='its topic, /ego/cmd_vel, is that of vehicle "ego"'):
         Bridge(field)
 

@@ -15,9 +15,9 @@ import relief
 
 
 def test_a_vehicle_is_driven_by_hand(field):
-    car = field.spawn_vehicle("car", at=(1, 0, 5), yaw=0.5, name="ego", by_hand=True)
+    car = field.spawn_vehicle("car", at=(1, 0, 5), yaw=0.5, name="ego", manual=True)
     assert isinstance(car, relief.Vehicle) and field["ego"] == car and "ego" in field
-    assert car.type_ == "car" and car.alive and car.class_ == "car" and car.by_hand
+    assert car.type_ == "car" and car.alive and car.class_ == "car" and car.manual
     np.testing.assert_allclose(car.position, [1, 0, 5])
     assert car.yaw == pytest.approx(0.5, abs=1e-6)
     car.drive(throttle=0.5)
@@ -99,7 +99,7 @@ def test_several_worlds_are_stepped_as_one_by_one(road):
 
 
 def test_a_snapshot_is_restored_in_place(road):
-    ego = road.spawn_vehicle("van", route="main", lane=1, along=3, speed=5, by_hand=True)
+    ego = road.spawn_vehicle("van", route="main", lane=1, along=3, speed=5, manual=True)
     road.step(30)
     shot, then = road.snapshot(), road.hash()
     later = road.spawn_vehicle("car", at=(30, 0, 0))
@@ -158,7 +158,7 @@ def test_a_run_is_recorded_and_replayed(road, tmp_path):
     path = tmp_path / "run.rec"
     lamp = road.spawn_light(relief.Light.point(1), at=(0, 3, 0))
     with road.record(path):
-        ego = road.spawn_vehicle("car", at=(20, 0, 0), by_hand=True)
+        ego = road.spawn_vehicle("car", at=(20, 0, 0), manual=True)
         ego.drive(throttle=0.7, steer=0.2)
         road.step(60)
         lamp.intensity = 3
@@ -358,17 +358,17 @@ def test_what_looks_at_a_point_can_be_rolled(field):
 def test_a_vehicle_on_its_route_is_not_driven_in_vain(road):
     car = road.spawn_vehicle("car", route="main", lane=1, along=50, name="ego")
     for asked in ({"throttle": 1}, {"brake": 0}, {"steer": 0.5}, {"indicator": "left"}):
-        with pytest.raises(ValueError, match='"ego" goes by its route, "main"; set by_hand to True to drive it'):
+        with pytest.raises(ValueError, match='"ego" goes by its route, "main"; set manual to True to drive it'):
             car.drive(**asked)
     # Its lamps are its own.
     car.drive(headlights="high", indicator="hazard")
     road.step(60)
     assert car.controls["headlights"] == "high" and car.controls["indicator"] == "hazard"
-    car.by_hand = True
+    car.manual = True
     car.drive(throttle=0, brake=1)
     road.step(300)
     assert car.speed == 0
-    car.by_hand = False
+    car.manual = False
     road.step(60)
     assert car.speed > 1
     with pytest.raises(ValueError, match="goes by its route"):
@@ -377,7 +377,7 @@ def test_a_vehicle_on_its_route_is_not_driven_in_vain(road):
 
 def test_a_vehicle_without_a_route_is_driven_at_once(road):
     car = road.spawn_vehicle("car", at=(50, 0, 0))
-    assert car.route is None and not car.by_hand
+    assert car.route is None and not car.manual
     car.drive(throttle=1)
     road.step(60)
     assert car.speed > 1

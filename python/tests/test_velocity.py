@@ -13,7 +13,7 @@ CAR = VelocityController()
 @pytest.mark.parametrize("speed", [6.0, -3.0])
 @pytest.mark.parametrize("yaw_rate", [0.4, -0.25, 0.0])
 def test_a_car_reaches_the_speed_and_the_yaw_rate(field, speed, yaw_rate):
-    car = field.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
+    car = field.spawn_vehicle("car", at=(0, 0, 0), manual=True)
     # What is missing falls by 2/s once pedals are not at their ends, which takes 2 s: e^−16 in 8 s more.
     for _ in range(600):
         CAR.drive(car, speed, yaw_rate)
@@ -36,7 +36,7 @@ def test_numbers_of_a_type_are_its_own(field):
 
 
 def test_a_car_stops_and_stays_and_turns_back(field):
-    car = field.spawn_vehicle("car", at=(0, 0, 0), by_hand=True)
+    car = field.spawn_vehicle("car", at=(0, 0, 0), manual=True)
     car.drive(throttle=1.0, steer=0.5)
     field.step(60)
     assert car.speed > 2.0

@@ -17,7 +17,7 @@ def told(act):
 
 def test_captures_that_were_left_out_are_told_once_for_each_sensor():
     sim = relief.Sim()
-    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
     ego.add_imu("unit")
     ego.add_lidar("top")
     ego.add_lidar("whole", every=6)
@@ -33,7 +33,7 @@ def test_captures_that_were_left_out_are_told_once_for_each_sensor():
 
 def test_captures_and_looks_of_others_note_where_sensors_are():
     sim = relief.Sim(geo_origin={"latitude_degrees": 48.1, "longitude_degrees": 11.6})
-    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
     ego.add_imu("unit")
     ego.add_gnss("fix")
     ego.add_lidar("part")
@@ -64,7 +64,7 @@ def test_captures_and_looks_of_others_note_where_sensors_are():
 
 def test_a_loop_that_captures_every_step_is_told_nothing_wherever_it_begins():
     sim = relief.Sim()
-    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
     ego.add_imu("unit")
 
     def drive():
@@ -100,7 +100,7 @@ def test_capture_takes_what_is_due_and_look_takes_any():
 
 def test_a_scan_has_the_places_of_its_first_column_and_of_its_end():
     sim = relief.Sim()
-    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", by_hand=True)
+    ego = sim.spawn_vehicle("car", at=(0, 0, 0), name="ego", manual=True)
     ego.add_lidar("swept", every=6, sweep=True, columns=90)
     ego.add_lidar("still", every=6, columns=90)
     ego.drive(throttle=1.0)

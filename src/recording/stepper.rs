@@ -19,6 +19,8 @@ use systems::run::inputs::Inputs;
 use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, state_hash};
+#[cfg(feature = "vehicles")]
+use systems::vehicles::external::STALE;
 
 /// The files that a run is kept in and begins from.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +56,8 @@ pub struct Stepper {
     states: Vec<(u64, StateHash)>,
     /// Identity of the run from its files when it began; `None` if they could not be read again.
     identity: Option<Identity>,
+    /// Warnings that nobody has taken yet.
+    warnings: Vec<String>,
 }
 
 impl Stepper {
@@ -197,7 +201,7 @@ impl Stepper {
             push_recorded(recording, simulation)?;
         }
         simulation.step();
-        warn(simulation);
+        self.warnings.extend(warnings(simulation).into_iter().inspect(|warning| tracing::warn!("{warning}")));
         self.stepped(simulation)
     }
 
@@ -225,6 +229,11 @@ impl Stepper {
         let Some((path, file)) = &mut self.hashes else { return Ok(()) };
         let line = format!("{step} {hash}\n");
         file.write_all(line.as_bytes()).map_err(|error| RecordingError::unwritable(path, error))
+    }
+
+    /// Takes the warnings of the steps so far, each once; a log has them already.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
     }
 
     /// Ends the run in order. A replay that has got to the end takes what came after the last step, too.
@@ -281,19 +290,25 @@ fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Resu
     Ok(())
 }
 
-/// Says what went wrong in a step with single vehicles, each thing once; everything else goes on.
+/// Faults of single vehicles in a step, each once; everything else goes on.
 #[cfg(feature = "vehicles")]
-fn warn(simulation: &mut Simulation) {
+fn warnings(simulation: &mut Simulation) -> Vec<String> {
+    let world = &mut simulation.world;
     #[cfg(feature = "physics")]
-    for warning in simulation.world.resource_mut::<systems::physics::Physics>().take_warnings() {
-        tracing::warn!("{warning}");
-    }
-    let mut traffic = simulation.world.resource_mut::<systems::vehicles::traffic::Traffic>();
-    for vehicle in std::mem::take(&mut traffic.faults) {
-        let name = name::of_entity(&simulation.world, vehicle);
-        tracing::warn!("{name}: its position or speed is no longer finite; it stays at its last position");
-    }
+    let mut found = world.resource_mut::<systems::physics::Physics>().take_warnings();
+    #[cfg(not(feature = "physics"))]
+    let mut found = Vec::new();
+    let mut traffic = world.resource_mut::<systems::vehicles::traffic::Traffic>();
+    let (faults, stale) = (std::mem::take(&mut traffic.faults), std::mem::take(&mut traffic.stale));
+    let told = |vehicle, fault: &str| format!("{}: {fault}", name::of_entity(world, vehicle));
+    let broken = "its position or speed is no longer finite; it stays at its last position";
+    found.extend(faults.into_iter().map(|vehicle| told(vehicle, broken)));
+    let old = format!("no pose has come from outside for {STALE} s; it brakes to a standstill");
+    found.extend(stale.into_iter().map(|vehicle| told(vehicle, &old)));
+    found
 }
 
 #[cfg(not(feature = "vehicles"))]
-fn warn(_: &mut Simulation) {}
+fn warnings(_: &mut Simulation) -> Vec<String> {
+    Vec::new()
+}

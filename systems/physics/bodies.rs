@@ -8,6 +8,7 @@ use crate::space::interpolation::Interpolated;
 use crate::space::transform::{FARTHEST, Transform};
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use crate::vehicles::driving::standing;
+use crate::vehicles::external::External;
 use crate::vehicles::ground::Grounds;
 use crate::vehicles::routes::Routes;
 use crate::vehicles::steering::hitch_change;
@@ -74,11 +75,6 @@ impl Physics {
         self.bodies.get(&vehicle.0).map(Body::wheels_on_ground)
     }
 
-    /// Compression of a wheel's spring beyond that under the standing vehicle, metres.
-    pub fn spring_travel(&self, vehicle: VehicleNumber, wheel: usize) -> Option<f64> {
-        self.bodies.get(&vehicle.0).and_then(|body| body.travel(wheel))
-    }
-
     /// World-space velocity of a vehicle's centre of mass, m/s.
     pub fn velocity(&self, vehicle: VehicleNumber) -> Option<DVec3> {
         let body = self.bodies.get(&vehicle.0)?;
@@ -114,12 +110,13 @@ type Placed<'a> = (
 
 /// Gives new physical vehicles a body, those on routes where others would stand there; takes it from those that are
 /// none any more, and moves the bodies of those that were put elsewhere: they go on as fast, the way that they now
-/// look. Those with their wheels in a row would fall over: they are none any more, and go on as all others.
+/// look. Those with their wheels in a row would fall over: they are none any more, and go on as all others. What
+/// something outside moves is no body meanwhile: others bump into it as into kinematic ones.
 pub fn place_bodies(
     mut physics: ResMut<Physics>,
     types: Res<VehicleTypes>,
     (routes, grounds): (Res<Routes>, Res<Grounds>),
-    vehicles: Query<Placed, Without<Stalled>>,
+    vehicles: Query<Placed, (Without<Stalled>, Without<External>)>,
     mut drawn: Query<&mut Interpolated>,
     mut commands: Commands,
 ) {

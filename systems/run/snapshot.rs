@@ -19,6 +19,9 @@ const MOST_SPAWNED: usize = 1 << 24;
 /// Numbers of entities in a file leave room for as many more.
 const MOST_NUMBER: u32 = u32::MAX - MOST_SPAWNED as u32;
 
+/// A kind of state that nothing has: a list without entries.
+const NOTHING: [u8; 1] = [0];
+
 /// Number of times that the world took the state of a snapshot. Systems that measure from state to state begin anew
 /// where it has changed: places of before are those of another state. It is no state itself.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -41,7 +44,9 @@ struct Saved {
 /// The state of a world whose scene's entities are registered.
 pub fn save(world: &mut World) -> Vec<u8> {
     let kinds = world.resource_scope(|world, mut list: Mut<StateList>| {
-        list.kinds.iter_mut().map(|kind| (kind.name().to_owned(), kind.save(world))).collect()
+        let saved = list.kinds.iter_mut().map(|kind| (kind.is_optional(), kind.name().to_owned(), kind.save(world)));
+        let is_there = |(is_optional, _, bytes): &(bool, String, Vec<u8>)| !is_optional || **bytes != NOTHING;
+        saved.filter(is_there).map(|(_, name, bytes)| (name, bytes)).collect()
     });
     let registry = world.resource::<EntityRegistry>();
     let is_gone = |entity: Entity| world.get_entity(entity).is_err();
@@ -146,7 +151,7 @@ fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(),
         // In this program's order.
         list.kinds.iter_mut().try_for_each(|kind| {
             let bytes = saved.iter().find(|(name, _)| name == kind.name()).map(|(_, bytes)| &**bytes);
-            kind.restore(world, bytes.unwrap_or_default())
+            kind.restore(world, bytes.unwrap_or(&NOTHING))
         })
     })
 }

@@ -16,6 +16,8 @@ use crate::space::transform::Transform;
 #[cfg(feature = "vehicles")]
 use crate::vehicles::components::Controls;
 #[cfg(feature = "vehicles")]
+use crate::vehicles::external::StampedMotion;
+#[cfg(feature = "vehicles")]
 use crate::vehicles::signals::Aspect;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -33,6 +35,10 @@ impl Default for Inputs {
         inputs.register::<Drive>();
         #[cfg(feature = "vehicles")]
         inputs.register::<SetManualControl>();
+        #[cfg(feature = "vehicles")]
+        inputs.register::<MoveVehicle>();
+        #[cfg(feature = "vehicles")]
+        inputs.register::<ReleaseVehicle>();
         #[cfg(feature = "vehicles")]
         inputs.register::<SetSignal>();
         inputs.register::<Spawn>();
@@ -215,6 +221,46 @@ impl Input for SetManualControl {
     fn apply(&self, world: &mut World) {
         let Some(vehicle) = find(world, self.vehicle) else { return };
         vehicle_inputs::set_manual_control(world, vehicle, self.manual);
+    }
+}
+
+/// A vehicle's pose from outside, which moves it from the next step on. Nothing changes where its stamp is not newer
+/// than the one before, or farther from the clock than [`STALE`](crate::vehicles::external::STALE).
+#[cfg(feature = "vehicles")]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct MoveVehicle {
+    /// Vehicle.
+    pub vehicle: StateId,
+    /// Pose, velocity and stamp.
+    pub motion: StampedMotion,
+}
+
+#[cfg(feature = "vehicles")]
+impl Input for MoveVehicle {
+    const NAME: &'static str = "move vehicle";
+
+    fn apply(&self, world: &mut World) {
+        let Some(vehicle) = find(world, self.vehicle) else { return };
+        vehicle_inputs::move_vehicle(world, vehicle, &self.motion);
+    }
+
+    fn is_sound(&self) -> bool {
+        self.motion.is_sound()
+    }
+}
+
+/// Nothing from outside moves a vehicle any more: it goes on by its controls or its route.
+#[cfg(feature = "vehicles")]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct ReleaseVehicle(pub StateId);
+
+#[cfg(feature = "vehicles")]
+impl Input for ReleaseVehicle {
+    const NAME: &'static str = "release vehicle";
+
+    fn apply(&self, world: &mut World) {
+        let Some(vehicle) = find(world, self.0) else { return };
+        vehicle_inputs::release(world, vehicle);
     }
 }
 

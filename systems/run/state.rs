@@ -46,6 +46,12 @@ pub trait StateKind: Send + Sync + 'static {
     /// Its name in files.
     fn name(&self) -> &'static str;
 
+    /// Tells if it may be missing in files, which means that nothing has it. So what came later leaves files without it
+    /// as they were.
+    fn is_optional(&self) -> bool {
+        false
+    }
+
     /// The sum of the hashes of all its values; its order does not matter.
     fn hash(&mut self, world: &mut World) -> Sum;
 
@@ -112,19 +118,25 @@ impl StateList {
         self.add(ResourceKind::<R>::new(name));
     }
 
-    /// The names of all kinds of state, in the order in which they were added.
+    /// The names of the kinds of state that every file has, in the order in which they were added.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.kinds.iter().map(|kind| kind.name())
+        self.kinds.iter().filter(|kind| !kind.is_optional()).map(|kind| kind.name())
+    }
+
+    fn knows(&self, name: &str) -> bool {
+        self.kinds.iter().any(|kind| kind.name() == name)
     }
 
     /// Difference of a file that holds kinds of state of these names, in any order; `None`: it has those of this list.
     pub fn difference<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
-        if let Some(other) = names.clone().find(|name| !self.names().any(|known| known == *name)) {
+        if let Some(other) = names.clone().find(|name| !self.knows(name)) {
             let other: String = other.chars().take(MOST_SHOWN).collect();
             return Some(format!("made by a program with the state {other:?}, which this program does not have"));
         }
-        for known in self.names() {
+        for kind in &self.kinds {
+            let known = kind.name();
             match names.clone().filter(|name| *name == known).count() {
+                0 if kind.is_optional() => {}
                 0 => return Some(format!("made by a program without the state {known:?}, which this program has")),
                 1 => {}
                 _ => return Some(format!("duplicate state {known:?}")),
@@ -138,7 +150,7 @@ impl StateList {
     /// # Panics
     /// If there is a kind of that name: its values would be taken for the other's.
     pub fn add(&mut self, kind: impl StateKind) {
-        assert!(self.names().all(|known| known != kind.name()), "{} is state already", kind.name());
+        assert!(!self.knows(kind.name()), "{} is state already", kind.name());
         self.kinds.push(Box::new(kind));
     }
 }
@@ -160,6 +172,7 @@ impl<R: Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serial
 /// A component as state, of the entities that pass a filter.
 pub(super) struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
     name: &'static str,
+    is_optional: bool,
     /// Tells if a value from a file can be what a world holds.
     is_sound: fn(&T) -> bool,
     /// Kept from step to step.
@@ -172,7 +185,12 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
     }
 
     pub fn checked(name: &'static str, is_sound: fn(&T) -> bool) -> Self {
-        Self { name, is_sound, query: None }
+        Self { name, is_optional: false, is_sound, query: None }
+    }
+
+    /// The same, missing in files where no entity has it.
+    pub fn optional(self) -> Self {
+        Self { is_optional: true, ..self }
     }
 
     /// The values of all registered entities by id, entities within them as ids.
@@ -196,6 +214,10 @@ pub(crate) fn with_ids<T: StateComponent>(value: &T, registry: &EntityRegistry) 
 impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T, F> {
     fn name(&self) -> &'static str {
         self.name
+    }
+
+    fn is_optional(&self) -> bool {
+        self.is_optional
     }
 
     fn hash(&mut self, world: &mut World) -> Sum {

@@ -1,7 +1,10 @@
 //! Inputs of vehicles and signals, and spawning of vehicles.
 
+use crate::ecs::clock::Clock;
+use crate::space::interpolation::Interpolated;
 use crate::space::transform::Transform;
 use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Vehicle, VehicleTypeId};
+use crate::vehicles::external::{External, StampedMotion};
 use crate::vehicles::routes::Routes;
 use crate::vehicles::signals::{self, Aspect, HeldSignals, Signal, Signals};
 use crate::vehicles::steering;
@@ -13,13 +16,20 @@ pub(super) fn set_manual_control(world: &mut World, vehicle: Entity, manual: boo
     if manual {
         world.entity_mut(vehicle).insert(ManualControl);
     } else {
-        release(world, vehicle);
+        world.entity_mut(vehicle).remove::<ManualControl>();
+        go_on(world, vehicle);
     }
 }
 
-/// Manual control has ended: pedals are released, and its route goes on from where it is.
-fn release(world: &mut World, vehicle: Entity) {
-    world.entity_mut(vehicle).remove::<ManualControl>();
+/// Ends motion from outside. What moves by something else is left alone.
+pub(super) fn release(world: &mut World, vehicle: Entity) {
+    if world.entity_mut(vehicle).take::<External>().is_some() {
+        go_on(world, vehicle);
+    }
+}
+
+/// Lets a vehicle move by what it has: pedals are released, and its route goes on from where it is.
+fn go_on(world: &mut World, vehicle: Entity) {
     if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
         (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
     }
@@ -51,12 +61,40 @@ pub(super) fn set_signal(world: &mut World, name: &str, shows: Option<&[Aspect]>
     world.run_system_cached(signals::light_heads).ok();
 }
 
+/// Moves a vehicle from outside: takes a pose over, and jumps there where it is far. Nothing happens where the stamp is
+/// not newer, or of another time.
+pub(super) fn move_vehicle(world: &mut World, vehicle: Entity, given: &StampedMotion) {
+    let seconds = world.resource::<Clock>().seconds();
+    let Some(kind) = world.get::<Vehicle>(vehicle).map(|vehicle| vehicle.kind) else { return };
+    let wheelbase = world.resource::<VehicleTypes>().get(kind).wheelbase;
+    let Some((transform, mut motion)) =
+        world.get::<Transform>(vehicle).copied().zip(world.get::<Motion>(vehicle).copied())
+    else {
+        return;
+    };
+    motion.follow(transform.translation);
+    let before = world.get::<External>(vehicle);
+    let taken = External::take(given, before, (&motion, transform.rotation, wheelbase), seconds);
+    let Some((external, jumps)) = taken else { return };
+    world.entity_mut(vehicle).insert(external);
+    if jumps {
+        let (place, yaw) = external.place();
+        let stands = steering::posture(yaw as f32, 0.0, 0.0);
+        world.entity_mut(vehicle).insert((
+            Motion { place, yaw, hitch: 0.0, ..motion },
+            transform.with_translation(place.as_vec3()).with_rotation(stands),
+        ));
+        world.get_mut::<Interpolated>(vehicle).into_iter().for_each(|mut drawn| drawn.jump());
+    }
+}
+
 /// Lets a moving entity's motion follow its new place.
 pub(super) fn put(world: &mut World, entity: Entity, at: Transform) {
-    if let Some(mut motion) = world.get_mut::<Motion>(entity) {
-        motion.yaw = steering::yaw(at.rotation);
-        motion.follow(at.translation);
-    }
+    let Some(mut motion) = world.get_mut::<Motion>(entity) else { return };
+    motion.yaw = steering::yaw(at.rotation);
+    motion.follow(at.translation);
+    let (place, yaw) = (motion.place, motion.yaw);
+    world.get_mut::<External>(entity).into_iter().for_each(|mut external| external.put(place, yaw));
 }
 
 /// A vehicle of a type by name, the stand-in where there is none of that name.

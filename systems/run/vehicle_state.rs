@@ -5,6 +5,7 @@ use crate::assets::material::MaterialId;
 use crate::vehicles::components::{
     Controls, ManualControl, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted,
 };
+use crate::vehicles::external::External;
 use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
 use crate::vehicles::signals::{HeldSignals, SignalHead, SignalLamp};
@@ -18,6 +19,7 @@ impl StateList {
         self.add(Component::<Controls>::checked("controls", Controls::is_sound));
         self.add_component::<ManualControl>("by hand");
         self.add(Component::<OnRoute>::checked("on route", OnRoute::is_sound));
+        self.add(Component::<External>::checked("external", External::is_sound).optional());
         self.add_component::<Stalled>("stalled");
         self.add_resource::<HeldSignals>("held signals");
         self.add_component::<SignalHead>("signal head");

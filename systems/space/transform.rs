@@ -60,12 +60,6 @@ impl Transform {
         Self { scale, ..Self::IDENTITY }
     }
 
-    /// The parts of a matrix, which is to have no shear: what none of the parts can show is lost.
-    pub fn from_matrix(parent_from_local: Mat4) -> Self {
-        let (scale, rotation, translation) = parent_from_local.to_scale_rotation_translation();
-        Self { translation, rotation, scale }
-    }
-
     /// The same elsewhere.
     #[must_use]
     pub const fn with_translation(self, translation: Vec3) -> Self {
@@ -326,7 +320,6 @@ mod tests {
             assert!(found.abs_diff_eq(expected, 1e-5), "{found} {expected}");
         }
         assert!(global.affine().abs_diff_eq((parent * child).compute_affine(), 1e-5));
-        assert!(Transform::from_matrix(parent.to_matrix()).to_matrix().abs_diff_eq(parent.to_matrix(), 1e-5));
         assert!(GlobalTransform::from(parent).compute_transform().to_matrix().abs_diff_eq(parent.to_matrix(), 1e-5));
     }
 

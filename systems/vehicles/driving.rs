@@ -4,7 +4,7 @@
 //! rows          where every vehicle is, in the order of the tables
 //! traffic       lanes filled and sorted, and what each minds              super::traffic
 //! lane changes  which begin to change in this step                        super::traffic::lane_changes
-//! moving        speed, steering, place and height of each                 here, and super::on_route
+//! moving        speed, steering, place and height of each                 here, super::on_route and super::external
 //! ```
 //!
 //! Each vehicle is moved by what was noted before any moved, and decisions that touch two are made in the order of
@@ -12,6 +12,7 @@
 //! written.
 
 use super::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
+use super::external::External;
 use super::ground::Grounds;
 use super::routes::Routes;
 use super::signals::Signals;
@@ -42,6 +43,7 @@ type Columns<'a> = (
     Option<&'a mut OnRoute>,
     Option<&'a mut Wanted>,
     Option<&'a mut Interpolated>,
+    Option<&'a mut External>,
     Has<ManualControl>,
     Has<Stalled>,
 );
@@ -84,8 +86,9 @@ pub fn drive(
         seconds: now.seconds,
         settle: grounds.is_changed(),
     };
-    let broken = move_all(&mut vehicles, &around);
+    let Told { broken, stale } = move_all(&mut vehicles, &around);
     traffic.changes = changes;
+    traffic.stale.extend(stale);
     for entity in broken {
         commands.entity(entity).insert(Stalled);
         traffic.faults.push(entity);
@@ -95,7 +98,7 @@ pub fn drive(
 /// Notes all vehicles as rows. Returns whether they are others than in the last step, or in another order.
 fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bool) -> bool {
     let (mut count, mut is_new) = (0, false);
-    for (entities, numbers, kinds, motions, _, transforms, on, _, _, manual, _) in
+    for (entities, numbers, kinds, motions, _, transforms, on, _, _, external, manual, _) in
         vehicles.contiguous_iter_mut().into_iter().flatten()
     {
         let end = count + entities.len();
@@ -106,7 +109,7 @@ fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bo
             traffic.rows.truncate(count);
         }
         traffic.rows.resize(traffic.rows.len().max(end), Row::default());
-        let on = on.filter(|_| !manual && !without_routes);
+        let on = on.filter(|_| !manual && external.is_none() && !without_routes);
         is_new |= traffic.rows[count..end].first().is_some_and(|row| row.is_routed != on.is_some());
         let on = on.map(|on| ContiguousMut::bypass_change_detection_split(on).0);
         let (kinds, _) = ContiguousRef::split(kinds);
@@ -163,11 +166,20 @@ impl Body<'_> {
     }
 }
 
-/// Moves all; returns those whose numbers make no sense any more.
-fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity> {
-    let broken = std::sync::Mutex::new(Vec::new());
+/// Vehicles that are told of after a step.
+#[derive(Default)]
+struct Told {
+    /// Their numbers make no sense any more.
+    broken: Vec<Entity>,
+    /// Nothing has come from outside for a while.
+    stale: Vec<Entity>,
+}
+
+/// Moves all.
+fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Told {
+    let told = std::sync::Mutex::new(Told::default());
     let mut count = 0;
-    for (entities, numbers, kinds, motions, controls, transforms, on, wanted, drawn, manual, is_stalled) in
+    for (entities, numbers, kinds, motions, controls, transforms, on, wanted, drawn, external, manual, is_stalled) in
         vehicles.contiguous_iter_mut().into_iter().flatten()
     {
         let first = count;
@@ -177,18 +189,22 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
         }
         let chunk = rows_per_task(entities.len(), LEAST_ROWS);
         let (kinds, _) = ContiguousRef::split(kinds);
-        let on = on.filter(|_| !manual && !around.routes.is_empty());
+        let on = on.filter(|_| !manual && external.is_none() && !around.routes.is_empty());
+        let wanted = wanted.filter(|_| external.is_none());
         let (mut motions, mut controls) = (Column::new(motions), Column::new(controls));
         let mut transforms = Column::new(transforms);
         let (mut on, mut wanted, mut drawn) = (on.map(Column::new), wanted.map(Column::new), drawn.map(Column::new));
+        let mut external = external.map(Column::new);
         let motions = motions.parts(0, chunk);
         let controls = controls.parts(0, chunk);
         let transforms = transforms.parts(0, chunk);
         let on = maybe_parts(on.as_mut(), motions.len(), chunk);
         let wanted = maybe_parts(wanted.as_mut(), motions.len(), chunk);
         let drawn = maybe_parts(drawn.as_mut(), motions.len(), chunk);
-        let parts = motions.zip(controls).zip(transforms).zip(on).zip(wanted).zip(drawn);
-        in_parallel(parts, |(((((mut motions, mut controls), mut transforms), mut on), mut wanted), mut drawn)| {
+        let external = maybe_parts(external.as_mut(), motions.len(), chunk);
+        let parts = motions.zip(controls).zip(transforms).zip(on).zip(wanted.into_iter().zip(drawn).zip(external));
+        in_parallel(parts, |((((mut motions, mut controls), mut transforms), mut on), others)| {
+            let ((mut wanted, mut drawn), mut external) = others;
             for index in motions.rows() {
                 let mut body = Body {
                     row: first + index,
@@ -203,10 +219,19 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
                 body.jumped = body.motion.follow(body.transform.translation) && wanted.is_none();
                 let mut route = on.as_ref().map(|on| *on.get(index));
                 let mut wants = wanted.as_ref().map(|wanted| *wanted.get(index));
-                around.step(&mut body, route.as_mut(), wants.as_mut());
+                let mut led = external.as_ref().map(|external| *external.get(index));
+                match &mut led {
+                    Some(led) => around.be_moved(&mut body, led),
+                    None => around.step(&mut body, route.as_mut(), wants.as_mut()),
+                }
+                if led.is_some_and(|led| led.becomes_stale(around.seconds))
+                    && let Ok(mut told) = told.lock()
+                {
+                    told.stale.push(entities[index]);
+                }
                 if !is_sound(&body, route.as_ref()) {
-                    if let Ok(mut broken) = broken.lock() {
-                        broken.push(entities[index]);
+                    if let Ok(mut told) = told.lock() {
+                        told.broken.push(entities[index]);
                     }
                     restore(&mut body, &around.traffic.rows[first + index]);
                     route = None;
@@ -226,12 +251,16 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
                 if let (Some(wanted), Some(wants)) = (&mut wanted, wants) {
                     wanted.set_if_neq(index, wants);
                 }
+                if let (Some(external), Some(led)) = (&mut external, led) {
+                    external.set_if_neq(index, led);
+                }
             }
         });
     }
-    let mut broken = broken.into_inner().unwrap_or_default();
-    broken.sort_unstable();
-    broken
+    let mut told = told.into_inner().unwrap_or_default();
+    told.broken.sort_unstable();
+    told.stale.sort_unstable();
+    told
 }
 
 /// The parts of a column that a table may lack.

@@ -17,6 +17,7 @@
 //! traffic/      traffic: which vehicle is ahead of which; lanes: by lane, in order; crossings: which wait before one;
 //!               following: how fast, by the Intelligent Driver Model; lane_changes: MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead; turns: about the axes
+//! external      where to: poses that come from outside
 //! ground        what vehicles stand on
 //! ```
 //!
@@ -26,6 +27,7 @@
 
 pub(crate) mod components;
 pub mod driving;
+pub mod external;
 pub mod forks;
 pub mod ground;
 mod hand;
@@ -46,5 +48,6 @@ pub use components::{
     Controls, FASTEST, Headlights, Indicator, LaneChange, ManualControl, Motion, NextVehicleNumber, OnRoute, RouteId,
     Stalled, Vehicle, VehicleNumber, VehicleTypeId, Wanted,
 };
+pub use external::{External, MotionSource, StampedMotion};
 pub use traffic::{following, lane_changes};
 pub use types::{VehicleType, VehicleTypes};

@@ -69,13 +69,13 @@ pub(crate) fn hitch_change(trailer: &Trailer, hitch: f64, metres: f64, turned: f
 }
 
 /// The hitch after the vehicle rolled and turned; midpoint rule.
-fn pull(trailer: &Trailer, hitch: f64, metres: f64, turned: f64) -> f64 {
+pub(super) fn pull(trailer: &Trailer, hitch: f64, metres: f64, turned: f64) -> f64 {
     let rate = |hitch: f64| hitch_change(trailer, hitch, metres, turned);
     (hitch + rate(hitch + 0.5 * rate(hitch))).clamp(-JACKKNIFE, JACKKNIFE)
 }
 
 /// The same heading in −π..π.
-fn wrapped(yaw: f64) -> f64 {
+pub(super) fn wrapped(yaw: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if yaw.abs() <= PI { yaw } else { yaw - TAU * (yaw / TAU).round() }
 }
@@ -88,6 +88,12 @@ pub fn posture(yaw: f32, pitch: f32, roll: f32) -> glam::Quat {
         return turned;
     }
     turned * glam::Quat::from_rotation_x(-pitch) * glam::Quat::from_rotation_z(roll)
+}
+
+/// Pitch and roll of what is turned so, as [`posture`] has them.
+pub(super) fn tilt(rotation: Quat) -> [f64; 2] {
+    let [left, up, forward] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| f64::from((rotation * axis).y));
+    [forward.clamp(-1.0, 1.0).asin(), left.atan2(up)]
 }
 
 /// A vector of the ground plane as one of space.

@@ -13,9 +13,11 @@ use systems::run::inputs::{Inputs, SavedInput};
 use systems::run::registry::StateId;
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextMeshVariant, SetManualControl, SetTransform};
+use systems::run::standard_inputs::{
+    Despawn, Drive, EditLight, Hide, MoveVehicle, NextMeshVariant, ReleaseVehicle, SetManualControl, SetTransform,
+};
 use systems::space::Transform;
-use systems::vehicles::Controls;
+use systems::vehicles::{Controls, StampedMotion};
 
 /// Files of at most so many bytes; what is small is changed where it matters.
 const MOST_BYTES: u64 = 40 << 10;
@@ -219,6 +221,7 @@ fn inputs(step: u64) -> Vec<SavedInput> {
     let (entity, vehicle, name) = (StateId(step as u32), StateId(3 + step as u32 % 4), format!("new {step}"));
     let van =
         Spawn::Vehicle { name: name.clone(), transform: at, kind: "box".into(), paint: 0, controls, manual: true };
+    let moved = StampedMotion { place: at.translation.as_dvec3(), yaw_rate: 0.2, ..StampedMotion::default() };
     match step % 8 {
         0 => vec![SavedInput::of(&Spawn::Light { name, transform: at, light: light.clone() })],
         1 => vec![SavedInput::of(&van)],
@@ -227,8 +230,11 @@ fn inputs(step: u64) -> Vec<SavedInput> {
             SavedInput::of(&Drive { vehicle, controls }),
             SavedInput::of(&SetManualControl { vehicle, manual: true }),
         ],
-        4 => vec![SavedInput::of(&SetManualControl { vehicle, manual: false })],
-        5 => vec![SavedInput::of(&Hide { entity, hidden: true })],
+        4 => vec![
+            SavedInput::of(&SetManualControl { vehicle, manual: false }),
+            SavedInput::of(&MoveVehicle { vehicle, motion: StampedMotion { stamp: step as f64 / 60.0, ..moved } }),
+        ],
+        5 => vec![SavedInput::of(&Hide { entity, hidden: true }), SavedInput::of(&ReleaseVehicle(vehicle))],
         6 => vec![SavedInput::of(&EditLight { entity: StateId(8), light })],
         _ => vec![SavedInput::of(&Despawn(StateId(20))), SavedInput::of(&Despawn(entity))],
     }

@@ -19,7 +19,7 @@ fn on_a_map(x: f64, z: f64) -> String {
             children: [(mesh: "cube", transform: (translation: (0, 1.1, 0)))]),
         (vehicle: (type: "box", route: "r", at: 5.3, speed_kmh: 30)),
         (vehicle: (type: "box", route: "r", at: 40, physical: ())),
-        (vehicle: (type: "box", by_hand: true, speed_kmh: 9), transform: (translation: {})),
+        (vehicle: (type: "box", manual: true, speed_kmh: 9), transform: (translation: {})),
         (name: "eye", camera: (), transform: (translation: {}, look_at: {})),
     ],
     generators: [

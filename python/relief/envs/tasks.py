@@ -155,7 +155,7 @@ class Task:
         lane = int(random.integers(route.lanes)) if self.all_lanes else 0
         along = self.free_place(sim, route, lane, random)
         every = frame_steps(sim)
-        ego = sim.spawn_vehicle("car", route=route.name, lane=lane, along=along, name="ego", by_hand=True)
+        ego = sim.spawn_vehicle("car", route=route.name, lane=lane, along=along, name="ego", manual=True)
         ego.add_camera(
             CAMERA,
             size=self.size,

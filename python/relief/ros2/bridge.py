@@ -58,7 +58,7 @@ class Bridge:
         controllers: Mapping[str, VelocityController] | None = None,
     ) -> None:
         self.sim = sim
-        driven = [vehicle for vehicle in sim.vehicles if vehicle.by_hand]
+        driven = [vehicle for vehicle in sim.vehicles if vehicle.manual]
         topics = _distinct_topics([vehicle.name for vehicle in driven])
         vehicles = {vehicle.name: vehicle for vehicle in driven}
         controllers = controllers or {}

@@ -3,16 +3,22 @@
 use crate::entities::entity::Entity;
 use crate::errors::{Failure, Outcome};
 use crate::given::arguments::{Given, optional, required};
+use crate::given::values::Point;
 use crate::worlds::world::World;
+use pyo3::exceptions::PyDeprecationWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DVec3;
 use relief::name;
+use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
-use relief::systems::run::standard_inputs::{Drive, SetManualControl};
+use relief::systems::run::standard_inputs::{Drive, MoveVehicle, ReleaseVehicle, SetManualControl};
 use relief::systems::vehicles;
 use relief::systems::vehicles::routes::Routes;
-use relief::systems::vehicles::{Controls, Headlights, Indicator, ManualControl, Motion, OnRoute, VehicleTypes};
+use relief::systems::vehicles::{
+    Controls, External, FASTEST, Headlights, Indicator, ManualControl, Motion, MotionSource, OnRoute, StampedMotion,
+    VehicleTypes,
+};
 
 /// Head lamps by name.
 pub const HEADLIGHTS: [(&str, Headlights); 3] =
@@ -20,6 +26,13 @@ pub const HEADLIGHTS: [(&str, Headlights); 3] =
 /// Indicators by name.
 const INDICATORS: [(&str, Indicator); 4] =
     [("off", Indicator::Off), ("left", Indicator::Left), ("right", Indicator::Right), ("hazard", Indicator::Hazard)];
+
+/// Sources of motion by name.
+const MOTION_SOURCES: [(&str, MotionSource); 3] =
+    [("route", MotionSource::Route), ("manual", MotionSource::Manual), ("external", MotionSource::External)];
+/// Radians, and radians per second, at most.
+const MOST_TURNED: f64 = 1e4;
+const MOST_TURNING: f64 = 100.0;
 
 /// A vehicle: its origin is on the ground below the middle of its rear axle, +Z forward, +X left, +Y up.
 #[pyclass(frozen, extends = Entity, module = "relief")]
@@ -81,8 +94,8 @@ impl Vehicle {
         })
     }
 
-    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Under manual
-    /// control this, `along` and `offset` are those of the nearest place of its route.
+    /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Where it
+    /// does not follow its route, this, `along` and `offset` are those of the nearest place of it.
     #[getter]
     fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u32>> {
         on_route(&own, |on| on.lane)
@@ -103,20 +116,105 @@ impl Vehicle {
     /// Goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False`` lets its
     /// route have it.
     #[getter]
-    fn by_hand(own: PyRef<'_, Self>) -> PyResult<bool> {
+    fn manual(own: PyRef<'_, Self>) -> PyResult<bool> {
         let (py, entity) = (own.py(), own.as_super());
         let id = entity.id;
         entity.with(py, move |world| Ok(world.component::<ManualControl>(id)?.is_some()))
     }
 
     #[setter]
-    fn set_by_hand(own: PyRef<'_, Self>, by_hand: &Bound<'_, PyAny>) -> PyResult<()> {
-        let by_hand = required("by_hand", by_hand)?;
+    fn set_manual(own: PyRef<'_, Self>, manual: &Bound<'_, PyAny>) -> PyResult<()> {
+        let manual = required("manual", manual)?;
         let (py, entity) = (own.py(), own.as_super());
         let id = entity.id;
         entity.with(py, move |world| {
             world.entity(id)?;
-            world.apply(SetManualControl { vehicle: id, manual: by_hand })
+            world.apply(SetManualControl { vehicle: id, manual })
+        })
+    }
+
+    /// Deprecated name of `manual`.
+    #[getter]
+    fn by_hand(own: PyRef<'_, Self>) -> PyResult<bool> {
+        warn_of_by_hand(own.py())?;
+        Self::manual(own)
+    }
+
+    #[setter]
+    fn set_by_hand(own: PyRef<'_, Self>, by_hand: &Bound<'_, PyAny>) -> PyResult<()> {
+        warn_of_by_hand(own.py())?;
+        Self::set_manual(own, by_hand)
+    }
+
+    /// Source of its motion: "route", "manual" (it goes by `drive`) or "external" (it goes by `move`).
+    #[getter]
+    fn motion_source(own: PyRef<'_, Self>) -> PyResult<&'static str> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        let source = entity.with(py, move |world| Ok(MotionSource::of(&world.simulation.world, world.entity(id)?)))?;
+        Ok(name::of(&MOTION_SOURCES, source))
+    }
+
+    /// Moves it from outside, as another simulator or a trace has it: it is `at` a place in the scene, metres, turned by
+    /// `yaw`, with a `velocity` (x, y, z) in the scene's axes, m/s, and a `yaw_rate`, radians per second. Given `pitch`
+    /// or `roll`, it is as high and tilted as they say; without both it stands on the ground.
+    ///
+    /// `stamp`: the time of this, by default now: seconds of the clock, later than that of the call before, and at most
+    /// 2 s from now. Between stamps it goes on at its speed and yaw rate, and a newer one takes over smoothly, or by a
+    /// jump where it could not have got there. Where none comes for 2 s, `Sim.step` tells it as a UserWarning, and the
+    /// vehicle brakes to a standstill. Until `release` neither a route nor `drive` moves it.
+    #[pyo3(
+        signature = (at, *, yaw=None, pitch=None, roll=None, velocity=None, yaw_rate=None, stamp=None),
+        text_signature = "($self, at, *, yaw=0.0, pitch=None, roll=None, velocity=(0, 0, 0), yaw_rate=0.0, stamp=None)"
+    )]
+    #[allow(clippy::too_many_arguments)]
+    fn r#move(
+        own: PyRef<'_, Self>,
+        at: &Bound<'_, PyAny>,
+        yaw: Given<'_, '_>,
+        pitch: Given<'_, '_>,
+        roll: Given<'_, '_>,
+        velocity: Given<'_, '_>,
+        yaw_rate: Given<'_, '_>,
+        stamp: Given<'_, '_>,
+    ) -> PyResult<()> {
+        let (py, entity) = (own.py(), own.as_super());
+        let Point(at) = required("at", at)?;
+        let [yaw, pitch, roll] = [
+            within("yaw", yaw, "radians", MOST_TURNED)?,
+            within("pitch", pitch, "radians", MOST_TURNED)?,
+            within("roll", roll, "radians", MOST_TURNED)?,
+        ];
+        let velocity = optional::<Point>("velocity", velocity)?.map_or(DVec3::ZERO, |velocity| velocity.0);
+        if velocity.length() > FASTEST {
+            let found = velocity.length();
+            return Err(Failure::value(format!("velocity: expected at most {FASTEST:.1} m/s, found {found}")).into());
+        }
+        let yaw_rate = within("yaw_rate", yaw_rate, "radians per second", MOST_TURNING)?.unwrap_or_default();
+        let stamp = optional::<f64>("stamp", stamp)?;
+        let tilt = (pitch.is_some() || roll.is_some()).then(|| [pitch, roll].map(Option::unwrap_or_default));
+        let id = entity.id;
+        entity.with(py, move |world| {
+            let last = world.component::<External>(id)?.map(|external| external.stamp());
+            let now = world.simulation.world.resource::<Clock>().seconds();
+            let stamp = stamp.unwrap_or(now);
+            External::check_stamp(stamp, last, now).map_err(Failure::Value)?;
+            let place = at - world.origin();
+            let yaw = yaw.unwrap_or_default();
+            world.apply(MoveVehicle {
+                vehicle: id,
+                motion: StampedMotion { stamp, place, yaw, tilt, velocity, yaw_rate },
+            })
+        })
+    }
+
+    /// Ends motion from outside: it goes on by its route, or by `drive`.
+    fn release(own: PyRef<'_, Self>) -> PyResult<()> {
+        let (py, entity) = (own.py(), own.as_super());
+        let id = entity.id;
+        entity.with(py, move |world| {
+            world.entity(id)?;
+            world.apply(ReleaseVehicle(id))
         })
     }
 
@@ -140,7 +238,8 @@ impl Vehicle {
     /// `headlights`: "off", "low" or "high". `indicator`: "off", "left", "right" or "hazard".
     ///
     /// A vehicle without a route goes by this alone. One that follows a route takes lamps and "hazard" only; asked for
-    /// anything else it raises ValueError, unless `by_hand` is ``True``.
+    /// anything else it raises ValueError, unless `manual` is ``True``. One that is moved from outside takes lamps and
+    /// indicators.
     #[pyo3(signature = (*, throttle=None, brake=None, steer=None, headlights=None, indicator=None))]
     fn drive(
         own: PyRef<'_, Self>,
@@ -168,11 +267,9 @@ impl Vehicle {
         }
         let id = entity.id;
         let turns = matches!(indicator, Some(Indicator::Left | Indicator::Right));
-        let moves = throttle.is_some() || brake.is_some() || steer.is_some() || turns;
+        let moves = throttle.is_some() || brake.is_some() || steer.is_some();
         entity.with(py, move |world| {
-            if moves {
-                refuse_on_route(world, id)?;
-            }
+            refuse_unless_manual(world, id, (moves, turns))?;
             let now = world.component::<Controls>(id)?.unwrap_or_default();
             let controls = Controls {
                 throttle: throttle.unwrap_or(now.throttle),
@@ -186,16 +283,38 @@ impl Vehicle {
     }
 }
 
-/// Refuses controls of a vehicle that a route drives: they would have no effect.
-fn refuse_on_route(world: &World, id: StateId) -> Outcome<()> {
-    let Some(on) = world.component::<OnRoute>(id)? else { return Ok(()) };
-    let routes = world.simulation.world.resource::<Routes>();
-    if routes.is_empty() || world.component::<ManualControl>(id)?.is_some() {
-        return Ok(());
+/// Refuses controls that would have no effect: pedals where something else moves it, indicators on a route.
+fn refuse_unless_manual(world: &World, id: StateId, (moves, turns): (bool, bool)) -> Outcome<()> {
+    let entity = world.entity(id)?;
+    let vehicle = name::of_entity(&world.simulation.world, entity);
+    match MotionSource::of(&world.simulation.world, entity) {
+        MotionSource::Route if moves || turns => {
+            let routes = world.simulation.world.resource::<Routes>();
+            let on = world.component::<OnRoute>(id)?.and_then(|on| routes.get(on.route));
+            let route = on.map_or("", |route| route.plan.name.as_str());
+            Err(Failure::value(format!("{vehicle:?} goes by its route, {route:?}; set manual to True to drive it")))
+        }
+        MotionSource::External if moves => {
+            Err(Failure::value(format!("{vehicle:?} is moved from outside; call release() to drive it")))
+        }
+        _ => Ok(()),
     }
-    let route = routes.get(on.route).map_or("", |route| route.plan.name.as_str());
-    let vehicle = name::of_entity(&world.simulation.world, world.entity(id)?);
-    Err(Failure::value(format!("{vehicle:?} goes by its route, {route:?}; set by_hand to True to drive it")))
+}
+
+/// Warns of the old name of `manual`.
+pub fn warn_of_by_hand(py: Python<'_>) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyDeprecationWarning>(), c"by_hand is deprecated; use manual", 1)
+}
+
+/// A number that may be left out, from `-most` to `most`.
+fn within(name: &str, given: Given<'_, '_>, unit: &str, most: f64) -> PyResult<Option<f64>> {
+    let number = optional::<f64>(name, given)?;
+    match number.filter(|number| !(-most..=most).contains(number)) {
+        Some(found) => {
+            Err(Failure::value(format!("{name}: expected {unit} from -{most} to {most}, found {found}")).into())
+        }
+        None => Ok(number),
+    }
 }
 
 fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -> PyResult<f64> {
@@ -222,7 +341,7 @@ fn place_on_route(world: &World, id: StateId) -> Outcome<Option<PlaceOnRoute>> {
         return Ok(None);
     };
     let routes = world.simulation.world.resource::<Routes>();
-    if world.component::<ManualControl>(id)?.is_some() {
+    if MotionSource::of(&world.simulation.world, world.entity(id)?) != MotionSource::Route {
         let forward = DVec3::new(motion.yaw.sin(), 0.0, motion.yaw.cos());
         let found = routes.beside_route(&on, motion.place, forward);
         return Ok(found.map(|found| PlaceOnRoute { lane: found.lane, along: found.along, offset: found.offset }));

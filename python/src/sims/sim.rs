@@ -102,7 +102,8 @@ impl Sim {
         Ok(Self::of(made?))
     }
 
-    /// Takes so many steps of the clock. Returns the number of steps done since the run began. Raises RecordingError
+    /// Takes so many steps of the clock. Returns the number of steps done since the run began. What goes wrong with
+    /// single vehicles is told as a UserWarning. Raises RecordingError
     /// where a replay comes out otherwise, OutputError where a recording cannot be written.
     #[pyo3(signature = (n=None), text_signature = "($self, n=1)")]
     fn step(&self, py: Python<'_>, n: Given<'_, '_>) -> PyResult<u64> {
@@ -114,7 +115,8 @@ impl Sim {
         loop {
             // In between the keyboard may interrupt.
             let now = left.min(STEPS_AT_ONCE);
-            let step = self.with(py, move |world| world.step(now))?;
+            let (step, warnings) = self.with(py, move |world| Ok((world.step(now)?, world.stepper.take_warnings())))?;
+            warn(py, &warnings)?;
             left -= now;
             if left == 0 {
                 return Ok(step);

@@ -3,6 +3,7 @@
 use crate::entities::classes::wrap_as;
 use crate::entities::entity::{Entity, Kind};
 use crate::entities::mounting::add_sensor;
+use crate::entities::vehicle::warn_of_by_hand;
 use crate::errors::{Failure, Outcome};
 use crate::given::arguments::{Given, optional, required, wrong_type};
 use crate::given::light::{Light, refuse_turned};
@@ -59,14 +60,14 @@ fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute,
 impl Sim {
     /// Brings a vehicle into being at once, of a type by name. `at`: in the scene, metres, the middle of its rear axle
     /// on the ground; `yaw`: radians about +Y, 0 along +Z, left positive. Or on a `route`, so many metres `along` it in
-    /// a `lane`, which it follows, at first with a `speed` of 0 to 555.5 m/s. `by_hand`: it goes by `Vehicle.drive`
+    /// a `lane`, which it follows, at first with a `speed` of 0 to 555.5 m/s. `manual`: it goes by `Vehicle.drive`
     /// even where it has a route. `paint`: which of its type's paints.
     #[pyo3(
         signature = (
-            kind, at=None, *, yaw=None, name=None, by_hand=None, paint=None, route=None, lane=None, along=None,
-            speed=None
+            kind, at=None, *, yaw=None, name=None, manual=None, paint=None, route=None, lane=None, along=None,
+            speed=None, by_hand=None
         ),
-        text_signature = "($self, kind, at=None, *, yaw=0.0, name=None, by_hand=False, paint=0, route=None, lane=0, \
+        text_signature = "($self, kind, at=None, *, yaw=0.0, name=None, manual=False, paint=0, route=None, lane=0, \
                           along=0.0, speed=0.0)"
     )]
     #[allow(clippy::too_many_arguments)]
@@ -77,17 +78,22 @@ impl Sim {
         at: Given<'_, '_>,
         yaw: Given<'_, '_>,
         name: Given<'_, '_>,
-        by_hand: Given<'_, '_>,
+        manual: Given<'_, '_>,
         paint: Given<'_, '_>,
         route: Given<'_, '_>,
         lane: Given<'_, '_>,
         along: Given<'_, '_>,
         speed: Given<'_, '_>,
+        by_hand: Given<'_, '_>,
     ) -> PyResult<Py<PyAny>> {
         let kind: String = required("kind", kind)?;
         let placing = Placing::read(at, [yaw, None, None], None)?;
         let (name, route) = (optional::<String>("name", name)?, optional::<String>("route", route)?);
-        let by_hand = optional("by_hand", by_hand)?.unwrap_or(false);
+        let by_hand = optional::<bool>("by_hand", by_hand)?;
+        if by_hand.is_some() {
+            warn_of_by_hand(py)?;
+        }
+        let manual = optional("manual", manual)?.or(by_hand).unwrap_or(false);
         let paint: u32 = optional("paint", paint)?.unwrap_or(0);
         let lane = optional::<u8>("lane", lane)?.unwrap_or(0);
         let along = optional::<f64>("along", along)?.unwrap_or(0.0);
@@ -122,14 +128,14 @@ impl Sim {
                 return Err(Failure::value(format!("speed: expected m/s from 0 to {FASTEST:.1}, found {speed}")));
             }
             let spawn = match on_route {
-                Some(on) => Spawn::Driver { name, kind, paint, on, speed, manual: by_hand },
+                Some(on) => Spawn::Driver { name, kind, paint, on, speed, manual },
                 None => Spawn::Vehicle {
                     name,
                     transform: placing.transform(world.origin(), Facing::Forward),
                     kind,
                     paint,
                     controls: Controls::default(),
-                    manual: by_hand,
+                    manual,
                 },
             };
             world.spawn(spawn)

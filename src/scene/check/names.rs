@@ -1,4 +1,5 @@
-//! Names that several cameras or vehicles have: views by such a name show the first of them only.
+//! Names that several cameras or vehicles have: views by such a name show the first of them only. And old names of
+//! fields.
 
 use crate::scene::format::entities::Entity;
 use crate::scene::format::scene::Scene;
@@ -12,9 +13,9 @@ const PLACES_SHOWN: usize = 8;
 /// Names that several cameras or vehicles have, each of which is told.
 const SHARED_NAMES_SHOWN: usize = 8;
 
-/// A line for each name that several cameras or vehicles have; the rest is counted.
+/// A line for each name that several cameras or vehicles have; the rest is counted. And one for an old name.
 pub fn warnings(scene: &Scene, text: &str) -> Vec<String> {
-    let shared = shared(scene);
+    let Names { shared, old, .. } = names(scene);
     let place = |fault: &Fault| {
         let (line, column) = places::find(text, &fault.steps);
         format!("{} (line {line}, column {column})", fault.place)
@@ -33,6 +34,7 @@ pub fn warnings(scene: &Scene, text: &str) -> Vec<String> {
         1 => warnings.push("1 more name is shared by several cameras or vehicles".into()),
         more => warnings.push(format!("{more} more names are shared by several cameras or vehicles")),
     }
+    warnings.extend(old.iter().map(|fault| format!("{}: {}", place(fault), fault.message)));
     warnings
 }
 
@@ -53,10 +55,10 @@ struct Shared {
 }
 
 /// Names of cameras, and of vehicles, that earlier ones have, in the order of the file; none of it is refused.
-fn shared(scene: &Scene) -> Vec<Shared> {
+fn names(scene: &Scene) -> Names<'_> {
     let mut names = Names::default();
     names.entities(&Trail::default().field("entities"), &scene.entities);
-    names.shared
+    names
 }
 
 /// Place of the first thing of a name, and the index in [`Names::shared`] if there are more.
@@ -70,6 +72,8 @@ struct Names<'a> {
     cameras: HashMap<&'a str, Known>,
     vehicles: HashMap<&'a str, Known>,
     shared: Vec<Shared>,
+    /// First place of `by_hand`.
+    old: Option<Fault>,
 }
 
 impl<'a> Names<'a> {
@@ -78,10 +82,14 @@ impl<'a> Names<'a> {
             // Most have neither, and their place need not be written down.
             let (named, below) = (entity.name.as_deref(), !entity.children.is_empty() || !entity.attach.is_empty());
             let is_reached = named.is_some() && (entity.camera.is_some() || entity.vehicle.is_some());
-            if !is_reached && !below {
+            let is_old = self.old.is_none() && entity.vehicle.as_ref().is_some_and(|vehicle| vehicle.by_hand);
+            if !is_reached && !below && !is_old {
                 continue;
             }
             let at = at.enter(Step::Index(i), "");
+            if is_old {
+                self.old = Some(at.field("vehicle").field("by_hand").fault("deprecated name; use manual"));
+            }
             if let Some(name) = named.filter(|_| entity.camera.is_some()) {
                 let reached_by = format!("{name:?}");
                 note(&mut self.cameras, &mut self.shared, &at, ("camera", name), &reached_by);

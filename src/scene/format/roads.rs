@@ -138,6 +138,9 @@ pub struct Vehicle {
     #[serde(default)]
     pub headlights: Headlights,
     #[serde(default)]
+    pub manual: bool,
+    /// Deprecated name of `manual`.
+    #[serde(default)]
     pub by_hand: bool,
     #[serde(default)]
     pub physical: Option<Physical>,

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use systems::sensors::{LaneReading, LaneSensor};
 use systems::vehicles::routes::Routes;
-use systems::vehicles::{ManualControl, Motion, OnRoute, Vehicle};
+use systems::vehicles::{Motion, MotionSource, OnRoute, Vehicle};
 
 /// The vehicle that an entity is on, or is.
 pub(super) fn vehicle_of(world: &World, entity: Entity) -> Option<Entity> {
@@ -16,7 +16,7 @@ pub(super) fn vehicle_of(world: &World, entity: Entity) -> Option<Entity> {
 /// Place of a sensor in a lane: of the route that its vehicle follows, or else of the nearest.
 pub(crate) fn lane(sensor: &LaneSensor, world: &World, entity: Entity, pose: &Pose) -> LaneReading {
     let vehicle = vehicle_of(world, entity);
-    let follows = |&vehicle: &Entity| world.get::<ManualControl>(vehicle).is_none();
+    let follows = |&vehicle: &Entity| MotionSource::of(world, vehicle) == MotionSource::Route;
     let on = vehicle.filter(follows).and_then(|vehicle| world.get::<OnRoute>(vehicle));
     let routes = world.resource::<Routes>();
     let forward = pose.rotation * DVec3::Z;

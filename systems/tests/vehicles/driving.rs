@@ -9,8 +9,7 @@ use systems::vehicles::ground::Grounds;
 use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::types::{Driver, Trailer};
 use systems::vehicles::{
-    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, following,
-    steering,
+    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, steering,
 };
 
 const STEP: f64 = 1.0 / 60.0;
@@ -139,7 +138,9 @@ fn followers_settle_at_the_equilibrium_gap() {
         - length;
     let speed = state::<Motion>(&simulation, follower).speed;
     assert!((speed - 12.0).abs() < 0.02, "{speed}");
-    let expected = f64::from(following::equilibrium_gap(&driver, 12.0, limit));
+    // Where the model's acceleration is 0: (s0 + v·T) / √(1 − (v/v0)^δ).
+    let free = (12.0 / limit).powf(driver.exponent);
+    let expected = f64::from((driver.gap + 12.0 * driver.headway) / (1.0 - free).sqrt());
     assert!((gap - expected).abs() < 0.1, "{gap} for {expected}");
 }
 

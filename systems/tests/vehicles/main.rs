@@ -2,6 +2,7 @@
 
 mod crossings;
 mod driving;
+mod external;
 mod parts;
 mod physics;
 mod precise;

@@ -89,9 +89,6 @@ fn it_stands_as_its_model_does_and_springs_give_by_its_weight() {
     let physics = simulation.world.resource::<Physics>();
     assert_eq!(physics.wheels_on_ground(number), Some(4));
     assert!(physics.velocity(number).unwrap().length() < 1e-3);
-    for wheel in 0..4 {
-        assert!(physics.spring_travel(number, wheel).unwrap().abs() < 0.005);
-    }
     // And with another load on the same springs it stands lower by the difference of m·g / 4k.
     let deflection = |mass: f32| f64::from(mass) * GRAVITY / (4.0 * 20_000.0);
     let tuning = |mass: f32| {

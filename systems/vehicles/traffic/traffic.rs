@@ -59,6 +59,8 @@ pub struct Traffic {
     pub(crate) changes: Vec<super::lane_changes::Start>,
     /// Vehicles that were put back because their numbers made no sense: their entities, once each.
     pub faults: Vec<Entity>,
+    /// External vehicles of which nothing has come for [`STALE`](crate::vehicles::external::STALE) seconds.
+    pub stale: Vec<Entity>,
 }
 
 /// Vehicles to enter per task, where nothing is known of their order.

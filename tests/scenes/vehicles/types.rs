@@ -119,7 +119,7 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     let text = r#"(
         vehicle_types: ["vehicles.ron"],
         entities: [
-            (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, by_hand: true), transform: (translation: (1, 2, 3)),
+            (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, manual: true), transform: (translation: (1, 2, 3)),
              children: [(name: "seat", camera: ())]),
             (vehicle: (type: "cart")),
             (vehicle: (type: "crt"), transform: (translation: (9, 0, 0))),
@@ -142,6 +142,22 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
         (1, Headlights::High, Vec3::new(1.0, 2.0, 3.0), true)
     );
     assert!(!all[1].4 && all[1].1.kind == mine.kind && all[2].1.kind == VehicleTypeId::STAND_IN);
+}
+
+#[test]
+fn the_old_name_of_manual_is_read_with_a_warning() {
+    let folder = Folder::new();
+    folder.file("vehicles.ron", TYPES);
+    let text = r#"(vehicle_types: ["vehicles.ron"], entities: [
+        (vehicle: (type: "cart")),
+        (vehicle: (type: "cart", by_hand: true), transform: (translation: (9, 0, 0))),
+    ])"#;
+    let mut simulation = Simulation::new();
+    let loaded = scene::load(&folder.file("scene.ron", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+    let place = "entities[1].vehicle.by_hand (line 3, column 43)";
+    assert_eq!(loaded.warnings, [format!("{place}: deprecated name; use manual")]);
+    let mut manual = simulation.world.query_filtered::<(), (With<Vehicle>, With<ManualControl>)>();
+    assert_eq!(manual.iter(&simulation.world).count(), 1);
 }
 
 #[test]

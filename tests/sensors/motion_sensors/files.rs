@@ -23,7 +23,7 @@ const SCENE: &str = r#"(
             (name: "lane", sensor: lane()),
             (name: "bumper", sensor: collision(margin: 0.5)),
         ]),
-        (name: "still", vehicle: (type: "box", by_hand: true), transform: (translation: (12.2, 0, 0))),
+        (name: "still", vehicle: (type: "box", manual: true), transform: (translation: (12.2, 0, 0))),
     ],
 )"#;
 

@@ -4,17 +4,17 @@ use super::{CAR, STEP, capture, gnss, imu, mount};
 use crate::common;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use relief::sense::SensorSuite;
 use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::run::inputs::Inputs;
 use systems::run::registry::{EntityRegistry, register_all};
-use systems::run::standard_inputs::SetTransform;
+use systems::run::standard_inputs::{MoveVehicle, SetTransform};
 use systems::sensors::{Beam, Beams, GeoOrigin, LidarSensor, Sensor};
 use systems::space::Transform;
 use systems::vehicles::routes::{RoutePlan, Routes};
-use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId};
+use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId, StampedMotion};
 
 const RATES: [u32; 4] = [1, 6, 25, 60];
 
@@ -121,6 +121,26 @@ fn a_vehicle_that_is_put_elsewhere_has_jumped_however_near_and_by_whom() {
         }
         drive.simulation.step();
         drive.check(&[70, 131]);
+    }
+}
+
+#[test]
+fn a_vehicle_from_outside_moves_between_its_stamps_and_jumps_where_it_is_put() {
+    let make = |simulation: &mut Simulation| simulation.world.spawn((CAR, Name::new("car"))).id();
+    let Some(mut drive) = Drive::new(make) else { return };
+    let vehicle = drive.simulation.world.resource::<EntityRegistry>().id(drive.car).expect("registered");
+    drive.check(&[]);
+    for step in 1..=260 {
+        if step % 6 == 1 {
+            // Straight on at 8 m/s. A first place far from where it stood, and another from step 133 on.
+            let (stamp, yaw) = ((step - 1) as f64 * STEP, 0.3);
+            let velocity = DQuat::from_rotation_y(yaw) * DVec3::Z * 8.0;
+            let place = DVec3::X * if step < 130 { 50.0 } else { 62.0 } + velocity * stamp;
+            let motion = StampedMotion { stamp, place, yaw, velocity, ..StampedMotion::default() };
+            drive.simulation.world.resource_mut::<Inputs>().push(MoveVehicle { vehicle, motion });
+        }
+        drive.simulation.step();
+        drive.check(&[1, 133]);
     }
 }
 

@@ -108,7 +108,7 @@ impl Spawner<'_> {
         }
         let motion = Motion { place, speed, ..Motion::default() };
         entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
-        if source.is_some_and(|source| source.by_hand) {
+        if source.is_some_and(|source| source.manual || source.by_hand) {
             entity.insert(ManualControl);
         }
         if let Some(physical) = source.and_then(|source| source.physical) {
