@@ -15,6 +15,7 @@ pub(crate) mod formats;
 pub mod pictures;
 pub mod shards;
 
-pub use dataset::job::{PartOfRun, SensorJob, render_sensors};
+pub use dataset::job::{SensorJob, render_sensors};
+pub use dataset::writer::{DatasetOptions, DatasetWriter, LastState, PartOfRun};
 pub use formats::box_records::encode as boxes_as_npy;
-pub use formats::format::FileFormat;
+pub use formats::format::{CaptureFile, Encode, FileFormat, Makes, Poses, RunInfo, RunWriter};

@@ -86,7 +86,7 @@ pub fn render(job: &FrameJob) -> Result<(), Failure> {
 
 fn render_captures(job: &SensorJob) -> Result<(), Failure> {
     let written = with_bar(|progress| render_sensors(job, progress))?;
-    say_written(&written, &job.folder)
+    say_written(&written, &job.dataset.folder)
 }
 
 fn say_written(written: &[PathBuf], folder: &Path) -> Result<(), Failure> {

@@ -33,8 +33,9 @@ pub fn render(file: &Path, number: usize, scene: Option<&Path>, resume: bool) ->
         with_bar(|progress| match work.sensors.is_empty() {
             true => render_frames(&FrameJob { frames, run, ..work.frame_job(scene, &folder) }, progress),
             false => {
-                let part = Some(part);
-                render_sensors(&SensorJob { frames, run, part, ..work.sensor_job(scene, &folder) }, progress)
+                let mut job = SensorJob { frames, run, ..work.sensor_job(scene, &folder) };
+                job.dataset.part = Some(part);
+                render_sensors(&job, progress)
             }
         })
     })?;

@@ -3,7 +3,7 @@
 use super::error::ShardError;
 use super::job::Job;
 use super::manifest::{Machine, Manifest, NAME};
-use crate::data::dataset::job::PartOfRun;
+use crate::data::dataset::writer::PartOfRun;
 use crate::frames::{FrameError, Frames};
 use crate::output::{self, WholeFolder};
 use crate::recording::RunFiles;
