@@ -3,10 +3,8 @@
 //! `cargo run --release --example own_format`
 
 use relief::data::{DatasetOptions, FileFormat, Makes, Poses, RunInfo, RunWriter, SensorJob, render_sensors};
-use relief::frames::{FrameError, Frames, LoadOptions};
+use relief::frames::{FrameError, Frames, RunJob};
 use relief::output;
-use relief::recording::RunFiles;
-use relief::renderer::Settings;
 use relief::sense::Capture;
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -57,19 +55,14 @@ impl RunWriter for Table {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/sensors.ron");
     let job = SensorJob {
-        scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/sensors.ron"),
+        run: RunJob { frames: Frames::First(13), ..RunJob::new(scene) },
         dataset: DatasetOptions {
             sensors: Some(vec!["ego/front".to_owned(), "ego/top".to_owned()]),
             formats: vec![FileFormat::NPZ, TABLE],
             ..DatasetOptions::new("own_format")
         },
-        frames: Frames::First(13),
-        settings: Settings::default(),
-        lights: None,
-        load: LoadOptions::default(),
-        run: RunFiles::default(),
-        realtime: false,
     };
     for file in render_sensors(&job, |_, _| ())? {
         println!("{}", file.display());

@@ -2,9 +2,7 @@
 
 use crate::common;
 use relief::data::{DatasetOptions, FileFormat, SensorJob, render_sensors};
-use relief::frames::{FrameError, Frames, LoadOptions};
-use relief::recording::RunFiles;
-use relief::renderer::Settings;
+use relief::frames::{FrameError, Frames, RunJob};
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,14 +46,8 @@ fn job(scene: &str, home: &Path, folder: &str, formats: &[FileFormat]) -> Sensor
     let path = home.join("scene.ron");
     fs::write(&path, scene).expect("written");
     SensorJob {
-        scene: path,
+        run: RunJob { frames: Frames::Range(0..5), ..RunJob::new(path) },
         dataset: DatasetOptions { formats: formats.to_vec(), ..DatasetOptions::new(home.join(folder)) },
-        frames: Frames::Range(0..5),
-        settings: Settings::default(),
-        lights: None,
-        load: LoadOptions::default(),
-        run: RunFiles::default(),
-        realtime: false,
     }
 }
 

@@ -3,9 +3,8 @@
 use crate::commands::common::arguments;
 use crate::commands::common::progress;
 use crate::commands::common::view::{FileArgs, PictureArgs, ViewArgs, parse_frames};
-use crate::data::{DatasetOptions, FileFormat, SensorJob};
-use crate::frames::{FrameJob, Frames};
-use crate::recording::RunFiles;
+use crate::data::{DatasetOptions, FileFormat, SensorJob, Work};
+use crate::frames::{Frames, RunJob};
 use clap::Args;
 use clap::builder::TypedValueParser;
 use std::path::Path;
@@ -39,28 +38,19 @@ fn file_format() -> impl TypedValueParser<Value = FileFormat> {
 }
 
 impl WorkArgs {
-    pub fn frame_job(&self, scene: &Path, folder: &Path) -> FrameJob {
-        FrameJob { frames: self.frames.clone(), ..self.pictures.job(scene, folder, &self.view) }
-    }
-
-    pub fn sensor_job(&self, scene: &Path, folder: &Path) -> SensorJob {
-        let all = self.sensors == ["all"];
-        SensorJob {
-            scene: scene.to_owned(),
-            frames: self.frames.clone(),
-            dataset: DatasetOptions {
-                folder: folder.to_owned(),
-                sensors: (!all).then(|| self.sensors.clone()),
-                formats: self.format.clone(),
-                resume: self.pictures.resume,
-                part: None,
-            },
-            settings: self.view.settings(),
-            lights: self.view.lights,
-            load: self.view.load(),
-            run: RunFiles::default(),
-            realtime: self.pictures.realtime,
+    pub fn job(&self, scene: &Path, folder: &Path) -> Work {
+        let mut job = self.pictures.job(scene, folder, &self.view);
+        job.run = RunJob { frames: self.frames.clone(), files: self.files.run_files(), ..job.run };
+        if self.sensors.is_empty() {
+            return Work::Frames(job);
         }
+        let dataset = DatasetOptions {
+            sensors: (self.sensors != ["all"]).then(|| self.sensors.clone()),
+            formats: self.format.clone(),
+            resume: self.pictures.resume,
+            ..DatasetOptions::new(folder)
+        };
+        Work::Sensors(SensorJob { run: job.run, dataset })
     }
 }
 

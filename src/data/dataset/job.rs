@@ -13,37 +13,27 @@
 use super::numbers;
 use super::writer::{DatasetOptions, DatasetWriter, next_of_pair};
 use crate::data::formats::writers;
-use crate::frames::{FrameError, FrameRun, Frames, LoadOptions, check_outputs, load_stage};
-use crate::recording::{RecordingError, RunFiles};
-use crate::renderer::{Gpu, Settings};
+use crate::frames::{FrameError, FrameRun, LoadOptions, RunJob, check_outputs, load_stage};
+use crate::recording::RecordingError;
+use crate::renderer::Gpu;
 use crate::sense::motion::track::poses_needed;
 use crate::sense::rays::scene::RayWarnings;
 use crate::sense::world::suite::SensorSuite;
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use systems::ecs::clock::Clock;
-use systems::lights::{LightPolicies, LightPolicy};
+use systems::lights::LightPolicies;
 use systems::sensors::{Sensor, SensorKind};
 
-/// Captures to be written of a run.
-#[derive(Clone, Debug)]
+/// Captures to be written of a run: of its frames, those after which a sensor is due.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SensorJob {
-    /// Scene file.
-    pub scene: PathBuf,
+    /// The run. Texels are kept: rays read them.
+    pub run: RunJob,
     /// Its files.
     pub dataset: DatasetOptions,
-    /// Frames: of these, those after which a sensor is due.
-    pub frames: Frames,
-    /// Settings of cameras, but for what a sensor says itself.
-    pub settings: Settings,
-    /// Lights everything by this policy; `None`: as the scene has it.
-    pub lights: Option<LightPolicy>,
-    /// Options of loading the scene. Texels are kept: rays read them.
-    pub load: LoadOptions,
-    /// Files that the run begins from and is kept in.
-    pub run: RunFiles,
-    /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
-    pub realtime: bool,
 }
 
 /// Captures a job; `progress` is called after each frame with how many are done, and of how many. Returns the files
@@ -53,30 +43,30 @@ pub struct SensorJob {
 /// [`FrameError`]; files written before stay.
 pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
     let dataset = DatasetOptions { formats: writers::in_order(&job.dataset.formats), ..job.dataset.clone() };
-    if let Some(path) = job.run.written().find(|path| dataset.writes(path)) {
+    if let Some(path) = job.run.files.written().find(|path| dataset.writes(path)) {
         return Err(RecordingError::taken(path).into());
     }
-    let begun_from: Vec<PathBuf> = job.run.replay.iter().chain(&job.run.from_snapshot).cloned().collect();
+    let begun_from: Vec<PathBuf> = job.run.files.replay.iter().chain(&job.run.files.from_snapshot).cloned().collect();
     check_outputs(&begun_from, |path| dataset.writes(path))?;
     // The driver and its pipelines take their time; the scene loads meanwhile.
     let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SensorSuite::new(&gpu)));
-    let load = LoadOptions { keep_texels: true, ..job.load.clone() };
-    let stage = load_stage(&job.scene, None, &load);
+    let load = LoadOptions { keep_texels: true, ..job.run.load.clone() };
+    let stage = load_stage(&job.run.scene, None, &load);
     let suite = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
     stage.check_outputs(|path| dataset.writes(path))?;
-    let chosen = dataset.choose(&job.scene, &mut stage.simulation.world)?;
+    let chosen = dataset.choose(&job.run.scene, &mut stage.simulation.world)?;
     for warning in numbers::warnings(&mut stage.simulation.world, &chosen, &dataset.formats) {
         tracing::warn!("{warning}");
     }
     let draws = chosen.values().any(|sensor| matches!(sensor.kind, SensorKind::Camera(_)));
     // What needs no picture needs no adapter.
     let mut suite = if draws { suite? } else { SensorSuite::default() };
-    let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
+    let mut run = FrameRun::begin(stage, (&job.run.scene, &job.run.files), &job.run.frames, job.run.realtime)?;
     let frames = run.frames.clone();
     let mut dataset = DatasetWriter::begin_with(dataset, chosen, frames.start, &run.stage.simulation.world)?;
-    run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
-    suite.settings = job.settings;
+    run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.run.lights;
+    suite.settings = job.run.settings;
     let mut has_warned = false;
     loop {
         let step = run.step();
@@ -105,7 +95,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
         run.advance()?;
     }
     dataset.finish_writers()?;
-    let snapshot = run.finish(&job.run)?;
+    let snapshot = run.finish(&job.run.files)?;
     let state = dataset.state(&mut run.stage.simulation.world, suite.gpu());
     dataset.finish(state, snapshot)
 }
@@ -120,7 +110,7 @@ pub(crate) fn steps_before(job: &SensorJob, world: &mut World) -> Result<u64, Fr
         let intervals = poses_needed(&sensor.kind).max(usize::from(next_of_pair(&sensor, 0).is_some()));
         intervals as u64 * u64::from(sensor.every)
     };
-    Ok(job.dataset.choose(&job.scene, world)?.into_values().map(steps).max().unwrap_or_default())
+    Ok(job.dataset.choose(&job.run.scene, world)?.into_values().map(steps).max().unwrap_or_default())
 }
 
 /// Says what of lidars' rays is not as it is drawn. Returns whether anything was said.
