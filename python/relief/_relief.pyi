@@ -16,6 +16,7 @@ __all__ = [
     "Capture",
     "Collisions",
     "Contact",
+    "Dataset",
     "Entity",
     "GnssReading",
     "ImuReading",
