@@ -16,6 +16,7 @@ __all__ = [
     "Capture",
     "Collisions",
     "Contact",
+    "Dataset",
     "Entity",
     "GnssReading",
     "ImuReading",
@@ -409,6 +410,22 @@ class Recording:
     def close(self) -> None: ...
     def __enter__(self) -> Recording: ...
     def __exit__(self, *_exception: Any) -> None: ...
+
+@final
+class Dataset:
+    """A data set that is written capture by capture."""
+
+    def __new__(
+        cls,
+        folder: _Path,
+        *,
+        formats: Optional[Union[str, Sequence[str]]] = None,
+        sensors: Optional[Union[str, Sequence[str]]] = None,
+    ) -> Dataset: ...
+    def write(self, capture: Capture) -> None: ...
+    def close(self) -> None: ...
+    def __enter__(self) -> Dataset: ...
+    def __exit__(self, *exception: Any) -> None: ...
 
 @disjoint_base
 class Entity:

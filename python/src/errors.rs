@@ -9,6 +9,7 @@ use relief::recording::RecordingError;
 use relief::renderer::{GpuError, RenderError};
 use relief::scene::SceneError;
 use relief::systems::run::state::StateError;
+use relief::video::VideoError;
 
 /// Error of a call, without the interpreter.
 #[derive(Debug)]
@@ -100,7 +101,8 @@ impl From<FrameError> for Failure {
             FrameError::Gpu(error) => error.into(),
             FrameError::Render(error) => error.into(),
             FrameError::Recording(error) => error.into(),
-            FrameError::Output(error) => error.into(),
+            FrameError::Output(error) | FrameError::Video(VideoError::Output(error)) => error.into(),
+            FrameError::Video(error @ VideoError::Failed { .. }) => Self::Output(error.to_string()),
             other => Self::Value(other.to_string()),
         }
     }

@@ -10,7 +10,7 @@
 //! entities  entity: what is in a world; vehicle, light, portal, sensor; mounting: sensors by their keywords; mounted:
 //!           entities on others
 //! sims      sim: Sim, a world of a scene, and its run; spawning, contents: what comes into being, and is there; roads:
-//!           routes and signals; many: several worlds at once
+//!           routes and signals; many: several worlds at once; dataset: captures as files
 //! program   the command line
 //! ```
 //!
@@ -62,6 +62,8 @@ mod _relief {
     use crate::given::light::Light;
     #[pymodule_export]
     use crate::program::run_program;
+    #[pymodule_export]
+    use crate::sims::dataset::Dataset;
     #[pymodule_export]
     use crate::sims::many::{adapter, capture, capture_due, look, replay, set_threads, step};
     #[pymodule_export]

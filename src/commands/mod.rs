@@ -90,13 +90,7 @@ impl Cli {
     fn read(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
         let mut command = with_negative_numbers(Self::command());
         let matches = command.try_get_matches_from_mut(arguments)?;
-        let mut cli = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
-        if let (Some(Command::Split(args)), Some((name, matches))) = (&mut cli.command, matches.subcommand())
-            && let Some(command) = command.find_subcommand(name)
-        {
-            args.keep_options(command, matches);
-        }
-        Ok(cli)
+        Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
     }
 
     /// The command to run.

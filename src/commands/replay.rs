@@ -6,7 +6,8 @@ use crate::commands::common::progress;
 use crate::commands::common::view::{PictureArgs, ViewArgs, parse_frames};
 use crate::commands::rendering::render::render;
 use crate::commands::window::{WindowJob, show};
-use crate::frames::{self, FrameJob, Frames, LoadOptions};
+use crate::data::Work;
+use crate::frames::{self, Frames, LoadOptions, RunJob};
 use crate::recording::{self, Recording, RunFiles};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -68,9 +69,10 @@ pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
     if let Some(folder) = &args.output {
         args.view.set_threads();
         let frames = args.frames.clone().unwrap_or(Frames::All);
-        let mut job = FrameJob { frames, run: files, ..args.pictures.job(&scene, folder, &args.view) };
-        job.load.seed = seed;
-        return render(&job);
+        let mut job = args.pictures.job(&scene, folder, &args.view);
+        job.run = RunJob { frames, files, ..job.run };
+        job.run.load.seed = seed;
+        return render(&Work::Frames(job));
     }
     if args.check {
         return check_steps(&scene, &files, seed, args);

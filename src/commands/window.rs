@@ -5,9 +5,10 @@ use crate::app::{self, AppError};
 use crate::commands::common::failure::Failure;
 use crate::commands::common::view::{PictureArgs, ViewArgs};
 use crate::commands::rendering::render::render;
+use crate::data::Work;
 #[cfg(feature = "window")]
 use crate::frames::{self, FrameError, LoadOptions};
-use crate::frames::{FrameJob, Frames};
+use crate::frames::{Frames, RunJob};
 use crate::recording::RunFiles;
 use std::path::{Path, PathBuf};
 #[cfg(feature = "window")]
@@ -82,7 +83,8 @@ fn instead(reason: &str, job: &WindowJob, view: &ViewArgs) -> Result<(), Failure
     eprintln!("no window: {reason}\nrendering a picture instead");
     let frames = if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
     let mut pictures = job.pictures.job(&job.scene, Path::new("relief-frames"), view);
+    pictures.run = RunJob { frames, files: job.files.clone(), ..pictures.run };
     // A replay may have another seed than its scene.
-    pictures.load.seed = job.seed;
-    render(&FrameJob { frames, run: job.files.clone(), ..pictures })
+    pictures.run.load.seed = job.seed;
+    render(&Work::Frames(pictures))
 }

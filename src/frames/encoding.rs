@@ -6,6 +6,7 @@ use crate::renderer::{OutputSet, SingleView};
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use image::buffer::ConvertBuffer;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -15,7 +16,8 @@ use systems::draw::pieces::{PieceOf, WholeMesh};
 use systems::space::origin::Origin;
 
 /// A kind of picture that is written for each frame.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum OutputKind {
     /// The tone-mapped picture, 8-bit sRGB.
     Color,

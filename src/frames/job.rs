@@ -6,50 +6,44 @@
 use super::FrameError;
 use super::encoding::{OutputKind, is_written, names_of_ids, outputs_of, pictures};
 use super::run::{FrameRun, Frames};
-use super::stage::{LoadOptions, check_outputs, load_stage};
+use super::run_job::RunJob;
+use super::stage::{check_outputs, load_stage};
 use crate::animation::{self, Animation};
 use crate::frame_time::FrameTime;
 use crate::output;
-use crate::recording::{RecordingError, RunFiles};
+use crate::recording::RecordingError;
 use crate::renderer::{Gpu, Settings, SingleView};
 use crate::video;
+use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
-use systems::lights::{LightPolicies, LightPolicy};
+use systems::lights::LightPolicies;
 
-/// Job that renders the frames of a scene.
-#[derive(Clone, Debug)]
+/// Job that renders the frames of a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FrameJob {
-    /// Scene file or model.
-    pub scene: PathBuf,
+    /// The run.
+    pub run: RunJob,
     /// Folder of the pictures; made if missing.
     pub folder: PathBuf,
-    /// Range of the frames.
-    pub frames: Frames,
     /// Pixels.
     pub size: (u32, u32),
     /// The name of the camera, or `chase NAME`, `driver NAME` of a vehicle; `None`: the scene's first camera.
     pub camera: Option<String>,
     /// Kinds of pictures.
     pub outputs: Vec<OutputKind>,
-    /// Render settings.
-    pub settings: Settings,
-    /// Lights everything by this policy; `None`: as the scene has it.
-    pub lights: Option<LightPolicy>,
     /// Leaves frames alone whose pictures are all there.
     pub resume: bool,
-    /// Options of loading the scene.
-    pub load: LoadOptions,
     /// A film of the colour frames, made when they are all there; its rate is that of the scene's clock.
     pub video: Option<PathBuf>,
-    /// Files that the run begins from and is kept in.
-    pub run: RunFiles,
-    /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
-    pub realtime: bool,
 }
 
 impl FrameJob {
+    /// Pixels that a side of a picture has at most.
+    pub const LARGEST_SIDE: u32 = 16384;
+
     fn picture(&self, kind: OutputKind, frame: u64) -> PathBuf {
         self.folder.join(format!("{}_{frame:05}.png", kind.name()))
     }
@@ -80,8 +74,8 @@ impl FrameJob {
 
     /// Tells if a frame may be one of the run's, as far as that is known before its files are read.
     fn may_draw(&self, frame: u64) -> bool {
-        let begins_at_0 = self.run.from_snapshot.is_none() && self.run.replay.is_none();
-        match &self.frames {
+        let begins_at_0 = self.run.files.from_snapshot.is_none() && self.run.files.replay.is_none();
+        match &self.run.frames {
             Frames::Range(range) => range.contains(&frame),
             Frames::First(count) => !begins_at_0 || frame < *count,
             Frames::All => !begins_at_0 || frame == 0,
@@ -95,7 +89,7 @@ impl FrameJob {
 /// # Errors
 /// [`FrameError`]; pictures written before stay.
 pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
-    if let Some(path) = job.run.written().find(|path| job.writes(path)) {
+    if let Some(path) = job.run.files.written().find(|path| job.writes(path)) {
         return Err(RecordingError::taken(path).into());
     }
     if let Some(film) = &job.video {
@@ -104,24 +98,24 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         }
         video::check(film)?;
     }
-    let begun_from: Vec<PathBuf> = job.run.replay.iter().chain(&job.run.from_snapshot).cloned().collect();
+    let begun_from: Vec<PathBuf> = job.run.files.replay.iter().chain(&job.run.files.from_snapshot).cloned().collect();
     check_outputs(&begun_from, |path| job.writes(path))?;
     // The driver and its pipelines take their time; the scene loads meanwhile.
     let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SingleView::new(&gpu)));
-    let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
+    let stage = load_stage(&job.run.scene, job.camera.as_deref(), &job.run.load);
     let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let stage = stage?;
     let mut renderer = renderer?;
     stage.check_outputs(|path| job.writes(path))?;
-    let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
+    let mut run = FrameRun::begin(stage, (&job.run.scene, &job.run.files), &job.run.frames, job.run.realtime)?;
     let (stage, frames) = (&mut run.stage, run.frames.clone());
     output::make_folder(&job.folder)?;
     let frame_time = FrameTime::of(stage.simulation.world.resource::<Clock>().step_seconds);
     if let Some(film) = &job.video {
         video::warn_of_times(film, frames.clone(), frame_time);
     }
-    stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
-    let settings = job.settings.for_files();
+    stage.simulation.world.resource_mut::<LightPolicies>().forced = job.run.lights;
+    let settings = job.run.settings.for_files();
     let mut written = Vec::new();
     for frame in frames.clone() {
         while run.step() < frame {
@@ -147,7 +141,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         }
         progress(frame + 1 - frames.start, frames.end - frames.start);
     }
-    written.extend(run.finish(&job.run)?);
+    written.extend(run.finish(&job.run.files)?);
     if let Some(names) = job.names_of_ids() {
         output::write_whole(&names, names_of_ids(&mut run.stage.simulation.world).as_bytes())?;
         written.push(names);

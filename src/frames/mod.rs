@@ -4,6 +4,7 @@
 //! stage     a scene as it is loaded, its camera, and the run that begins with it
 //! headless  pictures of a world in hand
 //! run       a run, taken from frame to frame
+//! run_job   a run that is to be rendered, as data
 //! job       the frames of a run as files: `relief render`
 //! encoding  colour, depth, normals and ids in these files
 //! slot_ids  a frame whose ids are slots
@@ -14,6 +15,7 @@ mod error;
 mod headless;
 mod job;
 mod run;
+mod run_job;
 #[cfg(feature = "tools")]
 mod slot_ids;
 mod stage;
@@ -25,6 +27,7 @@ pub use headless::Headless;
 pub use job::{FrameJob, render_frames};
 pub(crate) use run::FrameRun;
 pub use run::Frames;
+pub use run_job::RunJob;
 #[cfg(feature = "tools")]
 pub(crate) use slot_ids::with_slot_ids;
 pub use stage::{LoadOptions, Stage, begin_run, check_outputs, load_stage, restore_texels};

@@ -3,6 +3,7 @@
 use super::FrameError;
 use super::stage::{Stage, begin_run};
 use crate::recording::{RunFiles, Stepper};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -10,7 +11,8 @@ use systems::Simulation;
 use systems::ecs::clock::{Clock, SPEEDS};
 
 /// Frames of a run. Frame n shows the state after n steps.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Frames {
     /// So many, from where the run begins: 0, or a snapshot's step.
     First(u64),

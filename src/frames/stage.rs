@@ -10,6 +10,7 @@ use crate::recording::{Recording, RunFiles, Stepper};
 use crate::scene;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
@@ -48,10 +49,12 @@ pub fn check_outputs(read: &[PathBuf], is_output: impl Fn(&Path) -> bool) -> Res
 }
 
 /// Options of loading a scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct LoadOptions {
     /// Makes what the scene is loaded into: `Simulation::new`, or a program's own, with its state, inputs, systems and
     /// [`scene::SceneFields`].
+    #[serde(skip, default = "no_own_simulation")]
     pub simulation: fn() -> Simulation,
     /// Images are put into blocks (BC7), a quarter of the memory.
     pub compress: bool,
@@ -65,7 +68,12 @@ pub struct LoadOptions {
     pub seed: Option<u64>,
     /// Called as loading begins; what it returns is dropped when the files are read. For a bar that shows
     /// [`import::progress::counts`], say.
+    #[serde(skip)]
     pub watch: Option<fn() -> Box<dyn Any>>,
+}
+
+fn no_own_simulation() -> fn() -> Simulation {
+    Simulation::new
 }
 
 impl Default for LoadOptions {

@@ -10,6 +10,7 @@ use crate::import;
 #[cfg(feature = "vehicles")]
 use crate::name;
 use crate::output;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,8 @@ use systems::run::{inputs, state_hash};
 use systems::vehicles::external::STALE;
 
 /// The files that a run is kept in and begins from.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RunFiles {
     /// A line for each step: its number and the hash of the state after it.
     pub hash: Option<PathBuf>,

@@ -41,7 +41,7 @@ pub(crate) mod world;
 
 pub use captures::boxes::{Motion, ObjectBox};
 pub use captures::camera::CameraCapture;
-pub use captures::capture::{Capture, SensorCapture, SensorData};
+pub use captures::capture::{Capture, FirstColumn, SensorCapture, SensorData};
 pub use captures::flow::{Flow, flags};
 pub use captures::label_table::entity_of_number;
 pub use captures::lidar::{LidarCapture, LidarScan};

@@ -15,6 +15,7 @@ use crate::ecs::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify_scale, simplify_with_attributes_and_locks};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// Levels of a mesh, with the mesh itself.
@@ -43,7 +44,7 @@ const NORMAL_WEIGHT: f32 = 0.5;
 const COLOR_WEIGHT: f32 = 0.5;
 
 /// Settings of the choice of levels.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct LevelOfDetail {
     /// Off: every mesh as it is.
     pub enabled: bool,

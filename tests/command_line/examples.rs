@@ -89,6 +89,23 @@ fn own_state() {
 }
 
 #[test]
+fn own_format() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(said) = run("own_format", folder.path()) else { return };
+    let files = ["ego/front/00000.npz", "ego/top/00012.npz", "things.csv", "manifest.json"];
+    assert!(files.iter().all(|file| said.contains(&format!("own_format/{file}\n"))), "{said}");
+    let table = std::fs::read_to_string(folder.path().join("own_format/things.csv")).expect("a table");
+    // The van that drives ahead is seen at each of three captures.
+    let of_van = |line: &&str| line.contains("ego/front") && line.split(',').nth(3) == Some("truck");
+    assert!(table.lines().filter(of_van).count() >= 3, "{table}");
+    let manifest = std::fs::read_to_string(folder.path().join("own_format/manifest.json")).expect("a manifest");
+    assert!(manifest.contains("\"things.csv\": \""), "{manifest}");
+}
+
+#[test]
 fn sensors() {
     if common::gpu().is_none() {
         return;

@@ -193,7 +193,16 @@ fn what_cannot_be_split_or_rendered_is_refused() {
     };
     edited("\"version\": \"", "\"version\": \"9", 2, &["job/shards.json: made by version \"9"]);
     edited("\"first\": 2", "\"first\": 3", 2, &["corrupt: shard 1: expected frames from 2 on, found 3..4"]);
-    edited("--size=16x12", "--pixels=1", 2, &["job/shards.json: options", "--pixels"]);
+    edited(
+        "\"size\": [\n        16,",
+        "\"size\": [\n        0,",
+        2,
+        &["corrupt: size: expected 1 to 16384 each, found 0x12"],
+    );
+    edited("\"samples\": 4", "\"samples\": 3", 2, &["corrupt: samples: expected 1 or 4, found 3"]);
+    edited("\"shadow_maps\"", "\"shadows\"", 2, &["job/shards.json: not a file of relief split", "`shadows`"]);
+    // As splits were before jobs were data.
+    edited("\"work\": {", "\"options\": [], \"work\": {", 2, &["job/shards.json: made by an earlier", "split again"]);
     // The state with which the next begins is another: the end of this one is not it.
     let state = own.split("\"state\": \"").nth(2).and_then(|rest| rest.get(..32)).expect("a hash");
     edited(state, &"0".repeat(32), 1, &["step 2: the state is not that of relief split"]);

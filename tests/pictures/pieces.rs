@@ -360,19 +360,16 @@ fn ids_and_their_names_are_the_objects() {
             ])"#
     );
     let job = frames::FrameJob {
-        scene: write(&folder, "scene.ron", &text),
+        run: frames::RunJob {
+            lights: Some(LightPolicy::Three),
+            ..frames::RunJob::new(write(&folder, "scene.ron", &text))
+        },
         folder: folder.path().to_owned(),
-        frames: frames::Frames::First(1),
         size: (32, 32),
         camera: None,
         outputs: vec![frames::OutputKind::Id],
-        settings: Settings::default(),
-        lights: Some(LightPolicy::Three),
         resume: false,
-        load: frames::LoadOptions::default(),
         video: None,
-        run: Default::default(),
-        realtime: false,
     };
     frames::render_frames(&job, |_, _| {}).unwrap_or_else(|e| panic!("{e}"));
     let names: serde_json::Value =

@@ -1,10 +1,8 @@
 //! `relief render --sensors --format mcap` as others read it, and what it refuses.
 
 use crate::common;
-use relief::data::{FileFormat, SensorJob, render_sensors};
-use relief::frames::{FrameError, Frames, LoadOptions};
-use relief::recording::RunFiles;
-use relief::renderer::Settings;
+use relief::data::{DatasetOptions, FileFormat, SensorJob, render_sensors};
+use relief::frames::{FrameError, Frames, RunJob};
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,18 +46,8 @@ fn job(scene: &str, home: &Path, folder: &str, formats: &[FileFormat]) -> Sensor
     let path = home.join("scene.ron");
     fs::write(&path, scene).expect("written");
     SensorJob {
-        scene: path,
-        folder: home.join(folder),
-        frames: Frames::Range(0..5),
-        sensors: None,
-        formats: formats.to_vec(),
-        settings: Settings::default(),
-        lights: None,
-        resume: false,
-        load: LoadOptions::default(),
-        run: RunFiles::default(),
-        realtime: false,
-        part: None,
+        run: RunJob { frames: Frames::Range(0..5), ..RunJob::new(path) },
+        dataset: DatasetOptions { formats: formats.to_vec(), ..DatasetOptions::new(home.join(folder)) },
     }
 }
 
@@ -73,11 +61,11 @@ fn others_read_the_log_of_a_run() {
         return;
     }
     let home = tempfile::tempdir().expect("a temporary folder");
-    let job = job(SCENE, home.path(), "run", &[FileFormat::Npy, FileFormat::Mcap]);
+    let job = job(SCENE, home.path(), "run", &[FileFormat::NPY, FileFormat::MCAP]);
     let written = render(&job);
-    assert!(written.contains(&job.folder.join("sensors.mcap")));
-    let manifest = fs::read_to_string(job.folder.join("manifest.json")).expect("a manifest");
-    let hash = blake3::hash(&fs::read(job.folder.join("sensors.mcap")).expect("a log"));
+    assert!(written.contains(&job.dataset.folder.join("sensors.mcap")));
+    let manifest = fs::read_to_string(job.dataset.folder.join("manifest.json")).expect("a manifest");
+    let hash = blake3::hash(&fs::read(job.dataset.folder.join("sensors.mcap")).expect("a log"));
     assert!(manifest.contains(&format!("\"sensors.mcap\": \"{hash}\"")), "{manifest}");
     let expected = json!({
         // Sensors' names as they are in topics.
@@ -121,24 +109,24 @@ fn a_run_has_the_same_log_twice_and_leaves_no_other_file_of_it() {
         return;
     }
     let home = tempfile::tempdir().expect("a temporary folder");
-    let mut job = job(SCENE, home.path(), "run", &[FileFormat::Mcap]);
+    let mut job = job(SCENE, home.path(), "run", &[FileFormat::MCAP]);
     render(&job);
     let log = |folder: &Path| fs::read(folder.join("sensors.mcap")).expect("a log");
-    let first = log(&job.folder);
+    let first = log(&job.dataset.folder);
     // What is there is written anew where a run is resumed.
-    fs::write(job.folder.join("sensors.mcap"), "another").expect("written");
-    job.resume = true;
+    fs::write(job.dataset.folder.join("sensors.mcap"), "another").expect("written");
+    job.dataset.resume = true;
     render(&job);
-    assert!(log(&job.folder) == first, "resumed");
+    assert!(log(&job.dataset.folder) == first, "resumed");
     let mut names: Vec<_> =
-        fs::read_dir(&job.folder).expect("a folder").map(|entry| entry.expect("a file").file_name()).collect();
+        fs::read_dir(&job.dataset.folder).expect("a folder").map(|entry| entry.expect("a file").file_name()).collect();
     names.sort();
     assert_eq!(names, ["manifest.json", "sensors.json", "sensors.mcap"]);
-    job.formats.push(FileFormat::Npy);
-    job.folder = home.path().join("other");
+    job.dataset.formats.push(FileFormat::NPY);
+    job.dataset.folder = home.path().join("other");
     for arrays in ["that are written, too", "that are there"] {
         render(&job);
-        assert!(log(&job.folder) == first, "beside arrays {arrays}");
+        assert!(log(&job.dataset.folder) == first, "beside arrays {arrays}");
     }
 }
 
@@ -154,13 +142,13 @@ fn what_a_log_has_no_place_for_is_refused() {
     let refusal = |formats: &[FileFormat], eyes: &[String]| {
         let job = job(&format!("(entities: [{}])", eyes.join(", ")), home.path(), "run", formats);
         let error = render_sensors(&job, |_, _| ()).expect_err("refused");
-        assert!(!job.folder.exists());
+        assert!(!job.dataset.folder.exists());
         error
     };
     let eyes = [eye("a", "color, linear, depth, range, normal, instance, part, class, panoptic")];
-    let error = refusal(&[FileFormat::Mcap], &eyes);
+    let error = refusal(&[FileFormat::MCAP], &eyes);
     let FrameError::NoFormat { outputs, .. } = error else { panic!("{error}") };
     assert_eq!(outputs, "linear, range, normal, part, panoptic");
-    let error = refusal(&[FileFormat::Npy, FileFormat::Mcap], &[eye("a b", "depth"), eye("a_b", "depth")]);
+    let error = refusal(&[FileFormat::NPY, FileFormat::MCAP], &[eye("a b", "depth"), eye("a_b", "depth")]);
     assert!(error.to_string().contains("its name in MCAP, \"a_b\", is that of sensor \"a b\" already"), "{error}");
 }

@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use relief::data::boxes_as_npy;
-use relief::sense::CameraCapture as Captured;
+use relief::sense::{CameraCapture as Captured, Flow};
 use relief::systems::draw::Intrinsics;
 use relief::systems::sensors::{CameraOutput, Lens};
 
@@ -26,6 +26,8 @@ pub struct CameraCapture {
     #[pyo3(get)]
     /// Factor that linear colours were multiplied by.
     exposure: f32,
+    /// Tells of both flows if the capture before is known.
+    has_flow: [bool; 2],
     arrays: Arrays,
 }
 
@@ -65,8 +67,9 @@ fn boxes<'py>(py: Python<'py>, captured: &Captured) -> PyResult<Bound<'py, PyAny
     py.import("numpy.lib.format")?.getattr("read_array")?.call1((file,))
 }
 
-/// All arrays of some captures of one camera, `lead` their first axes: none for one, their number for several.
-fn arrays(py: Python<'_>, captures: Vec<Captured>, lead: &[usize]) -> PyResult<Arrays> {
+/// All arrays of some captures of one camera, taken out of them. `lead`: their first axes, none for one, their number
+/// for several.
+fn arrays(py: Python<'_>, captures: &mut [Captured], lead: &[usize]) -> PyResult<Arrays> {
     let mut arrays = Arrays::default();
     let Some(first) = captures.first() else { return Ok(arrays) };
     let (height, width) = (first.height as usize, first.width as usize);
@@ -80,7 +83,7 @@ fn arrays(py: Python<'_>, captures: Vec<Captured>, lead: &[usize]) -> PyResult<A
         let of_each = captures.iter().map(|captured| boxes(py, captured)).collect::<PyResult<Vec<_>>>()?;
         arrays.add("boxes", of_each.into_pyobject(py)?.into_any());
     }
-    let mut columns: Vec<Captured> = captures;
+    let columns = captures;
     macro_rules! output {
         ($output:ident, $name:literal, $field:ident, $shape:expr) => {
             if outputs.has(CameraOutput::$output) {
@@ -131,18 +134,44 @@ fn arrays(py: Python<'_>, captures: Vec<Captured>, lead: &[usize]) -> PyResult<A
 }
 
 impl CameraCapture {
-    pub fn new(py: Python<'_>, captured: Captured, common: Common) -> PyResult<Self> {
-        let Captured { width, height, intrinsics, lens, exposure, .. } = captured;
-        let arrays = arrays(py, vec![captured], &[])?;
-        Ok(Self { common, intrinsics, lens, size: (width, height), exposure, arrays })
+    /// Capture with the arrays of another, which are taken out of that.
+    pub fn new(py: Python<'_>, captured: &mut Captured, common: Common) -> PyResult<Self> {
+        let Captured { width, height, intrinsics, lens, exposure, .. } = *captured;
+        let has_flow = [&captured.flow, &captured.flow_back].map(|flow| !flow.flags.is_empty());
+        let arrays = arrays(py, std::slice::from_mut(captured), &[])?;
+        Ok(Self { common, intrinsics, lens, size: (width, height), exposure, has_flow, arrays })
+    }
+
+    /// Gives what the arrays were taken from the values that they have now.
+    pub fn give_back(&self, py: Python<'_>, captured: &mut Captured) -> PyResult<()> {
+        let (arrays, count) = (&self.arrays, self.size.0 as usize * self.size.1 as usize);
+        captured.color = arrays.rows(py, "color", count)?;
+        captured.linear = arrays.rows(py, "linear", count)?;
+        captured.depth = arrays.values(py, "depth", count)?;
+        captured.range = arrays.values(py, "range", count)?;
+        captured.normal = arrays.rows(py, "normal", count)?;
+        captured.instance = arrays.values(py, "instance", count)?;
+        captured.part = arrays.values(py, "part", count)?;
+        captured.class = arrays.values(py, "class", count)?;
+        captured.panoptic = arrays.values(py, "panoptic", count)?;
+        let flow = |name: &str, flags: &str| -> PyResult<Flow> {
+            Ok(Flow { pixels: arrays.rows(py, name, count)?, flags: arrays.values(py, flags, count)? })
+        };
+        if self.has_flow[0] {
+            captured.flow = flow("flow", "flow_flags")?;
+        }
+        if self.has_flow[1] {
+            captured.flow_back = flow("flow_back", "flow_back_flags")?;
+        }
+        Ok(())
     }
 }
 
 impl CameraBatch {
-    pub fn new(py: Python<'_>, captures: Vec<Captured>, steps: Vec<u64>) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, mut captures: Vec<Captured>, steps: Vec<u64>) -> PyResult<Self> {
         let size = captures.first().map_or((0, 0), |first| (first.width, first.height));
         let count = captures.len();
-        Ok(Self { steps, size, arrays: arrays(py, captures, &[count])? })
+        Ok(Self { steps, size, arrays: arrays(py, &mut captures, &[count])? })
     }
 }
 

@@ -5,11 +5,13 @@ use crate::captures::common::Common;
 use crate::captures::points::LidarCapture;
 use crate::captures::readings::{Collisions, GnssReading, ImuReading, LaneReading};
 use crate::given::arguments::required;
+use crate::worlds::world::Shared;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use relief::name;
 use relief::sense::{Capture as Captured, SensorCapture, SensorData};
 use relief::systems::sensors::Classes;
+use std::sync::{Arc, Weak};
 
 /// Measurements of all sensors that were due after a step, by name. A sensor's name is below that of the thing that it
 /// is mounted on ("ego/front"); the last part is enough where it is the only one.
@@ -21,45 +23,68 @@ pub struct Capture {
     /// Nanoseconds since the run began, rounded once.
     #[pyo3(get)]
     nanoseconds: u64,
-    sensors: Vec<(String, Py<PyAny>)>,
+    /// Measurements without the arrays, which Python's objects have.
+    sensors: Vec<(SensorCapture, Py<PyAny>)>,
+    /// World that it is of; of what was looked at whether due or not, none.
+    world: Weak<Shared>,
 }
 
 impl Capture {
-    pub fn new(py: Python<'_>, captured: Captured, classes: &Classes) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, captured: Captured, classes: &Classes, world: Weak<Shared>) -> PyResult<Self> {
         let Captured { step, nanoseconds, sensors } = captured;
-        let sensors = sensors.into_iter().map(|sensor| {
-            let name = sensor.name.clone();
-            Ok((name, object(py, sensor, (step, nanoseconds), classes)?))
+        let sensors = sensors.into_iter().map(|mut sensor| {
+            let object = object(py, &mut sensor, (step, nanoseconds), classes)?;
+            Ok((sensor, object))
         });
-        Ok(Self { step, nanoseconds, sensors: sensors.collect::<PyResult<_>>()? })
+        Ok(Self { step, nanoseconds, sensors: sensors.collect::<PyResult<_>>()?, world })
+    }
+
+    /// The world that it is of.
+    pub fn world(&self) -> Option<Arc<Shared>> {
+        self.world.upgrade()
+    }
+
+    /// Measurements with the values that the arrays have now.
+    pub fn captured(&self, py: Python<'_>) -> PyResult<Captured> {
+        let sensors = self.sensors.iter().map(|(sensor, object)| {
+            let mut sensor = sensor.clone();
+            match &mut sensor.data {
+                SensorData::Camera(camera) => object.bind(py).cast::<CameraCapture>()?.get().give_back(py, camera)?,
+                SensorData::Lidar(lidar) => object.bind(py).cast::<LidarCapture>()?.get().give_back(py, lidar)?,
+                _ => {}
+            }
+            Ok(sensor)
+        });
+        let sensors = sensors.collect::<PyResult<_>>()?;
+        Ok(Captured { step: self.step, nanoseconds: self.nanoseconds, sensors })
     }
 
     fn find(&self, name: &str) -> Option<&Py<PyAny>> {
-        if let Some((_, found)) = self.sensors.iter().find(|(known, _)| known == name) {
+        if let Some((_, found)) = self.sensors.iter().find(|(known, _)| known.name == name) {
             return Some(found);
         }
         let ends_so = |known: &str| known.rsplit_once('/').is_some_and(|(_, last)| last == name);
-        let mut found = self.sensors.iter().filter(|(known, _)| ends_so(known));
+        let mut found = self.sensors.iter().filter(|(known, _)| ends_so(&known.name));
         let first = found.next();
         first.filter(|_| found.next().is_none()).map(|(_, found)| found)
     }
 }
 
-/// Converts a measurement to the Python class of its kind.
+/// Converts a measurement to the Python class of its kind, which takes its arrays.
 fn object(
     py: Python<'_>,
-    sensor: SensorCapture,
+    sensor: &mut SensorCapture,
     (step, nanoseconds): (u64, u64),
     classes: &Classes,
 ) -> PyResult<Py<PyAny>> {
-    let common = Common::of(&sensor, step, nanoseconds);
-    Ok(match sensor.data {
+    let common = Common::of(sensor, step, nanoseconds);
+    Ok(match &mut sensor.data {
         SensorData::Camera(camera) => Py::new(py, CameraCapture::new(py, camera, common)?)?.into_any(),
         SensorData::Lidar(lidar) => Py::new(py, LidarCapture::new(py, lidar, common)?)?.into_any(),
-        SensorData::Imu(imu) => Py::new(py, ImuReading::new(imu, common))?.into_any(),
-        SensorData::Gnss(gnss) => Py::new(py, GnssReading::new(gnss, common))?.into_any(),
-        SensorData::Collision(collisions) => Py::new(py, Collisions::new(collisions, common, classes))?.into_any(),
-        SensorData::Lane(lane) => Py::new(py, LaneReading::new(lane, common))?.into_any(),
+        SensorData::Imu(imu) => Py::new(py, ImuReading::new(*imu, common))?.into_any(),
+        SensorData::Gnss(gnss) => Py::new(py, GnssReading::new(*gnss, common))?.into_any(),
+        SensorData::Collision(all) => Py::new(py, Collisions::new(all.clone(), common, classes))?.into_any(),
+        SensorData::Lane(lane) => Py::new(py, LaneReading::new(*lane, common))?.into_any(),
     })
 }
 
@@ -74,7 +99,7 @@ impl Capture {
     fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
         let name: &str = &required::<String>("name", name)?;
         self.find(name).map(|found| found.clone_ref(py)).ok_or_else(|| {
-            let known: Vec<&str> = self.sensors.iter().map(|(name, _)| name.as_str()).collect();
+            let known: Vec<&str> = self.sensors.iter().map(|(sensor, _)| sensor.name.as_str()).collect();
             let hint = name::hint(&known, name);
             let message = format!(
                 "no sensor {name:?} was captured{hint}; it was not due, or there is none or several of that name"
@@ -97,7 +122,7 @@ impl Capture {
 
     /// The full names of the sensors that were captured, in the order in which they came to be.
     fn keys(&self) -> Vec<String> {
-        self.sensors.iter().map(|(name, _)| name.clone()).collect()
+        self.sensors.iter().map(|(sensor, _)| sensor.name.clone()).collect()
     }
 
     /// Captures of the sensors, in that order.
@@ -107,7 +132,7 @@ impl Capture {
 
     /// Pairs of both.
     fn items(&self, py: Python<'_>) -> Vec<(String, Py<PyAny>)> {
-        self.sensors.iter().map(|(name, sensor)| (name.clone(), sensor.clone_ref(py))).collect()
+        self.sensors.iter().map(|(sensor, object)| (sensor.name.clone(), object.clone_ref(py))).collect()
     }
 
     fn __repr__(&self) -> String {

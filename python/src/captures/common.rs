@@ -1,7 +1,8 @@
 //! Parts of captures: step, time and place of a sensor, and arrays by name.
 
 use crate::given::values::matrix;
-use numpy::PyArray2;
+use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DAffine3;
@@ -41,6 +42,27 @@ impl Arrays {
 
     pub fn get(&self, py: Python<'_>, name: &str) -> Option<Py<PyAny>> {
         self.0.iter().find(|(known, _)| *known == name).map(|(_, array)| array.clone_ref(py))
+    }
+
+    /// The values that an array has now, so many; none where there is no such array.
+    pub fn values<T: Element>(&self, py: Python<'_>, name: &str, count: usize) -> PyResult<Vec<T>> {
+        let Some(array) = self.get(py, name) else { return Ok(Vec::new()) };
+        let values = array.bind(py).cast::<PyArrayDyn<T>>().ok().and_then(|array| array.to_vec().ok());
+        values.filter(|values| values.len() == count).ok_or_else(|| {
+            PyValueError::new_err(format!(
+                "capture: expected {name:?} in the type and the shape that it was captured in"
+            ))
+        })
+    }
+
+    /// The same in rows of some values.
+    pub fn rows<T: Element + Copy, const N: usize>(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        count: usize,
+    ) -> PyResult<Vec<[T; N]>> {
+        Ok(self.values(py, name, count * N)?.as_chunks().0.to_vec())
     }
 
     pub fn names(&self) -> Vec<&'static str> {

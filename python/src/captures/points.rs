@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DAffine3;
-use relief::sense::LidarCapture as Captured;
+use relief::sense::{LidarCapture as Captured, LidarScan};
 
 /// Returns of a lidar since it was due before: arrays with an element for each beam, column after column, in each by
 /// ring. Axes are X forward, Y left, Z up. Where a beam has no return, `hit` is 0, and all but ring and time are.
@@ -25,12 +25,15 @@ pub struct LidarCapture {
 }
 
 impl LidarCapture {
-    pub fn new(py: Python<'_>, captured: Captured, common: Common) -> PyResult<Self> {
+    /// Capture with the arrays of another, which are taken out of that.
+    pub fn new(py: Python<'_>, captured: &mut Captured, common: Common) -> PyResult<Self> {
         let world_from_sensor_before = captured.scene_from_column(0);
-        let Captured { scan, instance, class, nanoseconds, sweep, .. } = captured;
+        let (nanoseconds, sweep) = (captured.nanoseconds, captured.sweep);
+        let scan = std::mem::take(&mut captured.scan);
         let beams = scan.len();
         let xyz = Array2::from_shape_vec((beams, 3), scan.xyz.into_flattened());
         let xyz = xyz.map_err(|error| PyRuntimeError::new_err(format!("points have no such shape: {error}")))?;
+        let (instance, class) = (std::mem::take(&mut captured.instance), std::mem::take(&mut captured.class));
         let mut arrays = Arrays::default();
         arrays.add("xyz", xyz.into_pyarray(py).into_any());
         arrays.add("range", scan.range.into_pyarray(py).into_any());
@@ -40,7 +43,25 @@ impl LidarCapture {
         arrays.add("instance", instance.into_pyarray(py).into_any());
         arrays.add("class", class.into_pyarray(py).into_any());
         arrays.add("hit", scan.hit.into_pyarray(py).into_any());
+        captured.scan.entity = scan.entity;
         Ok(Self { common, arrays, beams, nanoseconds, sweep, world_from_sensor_before })
+    }
+
+    /// Gives what the arrays were taken from the values that they have now.
+    pub fn give_back(&self, py: Python<'_>, captured: &mut Captured) -> PyResult<()> {
+        let (arrays, beams) = (&self.arrays, self.beams);
+        captured.instance = arrays.values(py, "instance", beams)?;
+        captured.class = arrays.values(py, "class", beams)?;
+        captured.scan = LidarScan {
+            xyz: arrays.rows(py, "xyz", beams)?,
+            range: arrays.values(py, "range", beams)?,
+            intensity: arrays.values(py, "intensity", beams)?,
+            ring: arrays.values(py, "ring", beams)?,
+            time: arrays.values(py, "time", beams)?,
+            entity: std::mem::take(&mut captured.scan.entity),
+            hit: arrays.values(py, "hit", beams)?,
+        };
+        Ok(())
     }
 
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {

@@ -110,7 +110,11 @@ pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capt
         Ok((captures.into_iter().zip(classes).collect::<Vec<_>>(), warnings))
     })?;
     warn(py, &warnings)?;
-    captured.into_iter().map(|(captured, classes)| Capture::new(py, captured, &classes)).collect()
+    let captured = captured
+        .into_iter()
+        .zip(&sims)
+        .map(|((captured, classes), sim)| Capture::new(py, captured, &classes, Arc::downgrade(&sim.get().shared)));
+    captured.collect()
 }
 
 /// The pictures of the same camera of several worlds, which is due in each: arrays with the worlds as their first axis.

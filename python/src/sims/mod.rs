@@ -1,6 +1,7 @@
 //! Worlds as Python holds them, alone and several at once. Uses all other floors.
 
 mod contents;
+pub mod dataset;
 pub mod many;
 pub mod roads;
 pub mod sim;

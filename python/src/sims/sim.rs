@@ -17,7 +17,7 @@ use relief::systems::run::state_hash;
 use relief::systems::sensors::Classes;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// Steps of a call.
 pub const MOST_STEPS: u64 = 1 << 40;
@@ -138,7 +138,7 @@ impl Sim {
             Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
         })?;
         warn(py, &warnings)?;
-        Capture::new(py, captured, &classes)
+        Capture::new(py, captured, &classes, Arc::downgrade(&self.shared))
     }
 
     /// Captures sensors of the state at hand, whether they are due or not: all, or those of `names`.
@@ -153,7 +153,7 @@ impl Sim {
             Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
         })?;
         warn(py, &warnings)?;
-        Capture::new(py, captured, &classes)
+        Capture::new(py, captured, &classes, Weak::new())
     }
 
     /// Every entity with mesh variants shows its next one.

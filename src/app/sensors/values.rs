@@ -130,6 +130,7 @@ mod tests {
             entity: van,
             name: String::new(),
             world_from_sensor: glam::DAffine3::IDENTITY,
+            first_column: None,
             data,
         };
         let seen = capture(SensorData::Camera(camera));

@@ -1,5 +1,6 @@
 //! Values that several subcommands read from the command line.
 
+use crate::frames::FrameJob;
 use crate::name;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::fmt::Display;
@@ -13,7 +14,7 @@ pub const MOST_FRAMES: u64 = 1_000_000_000;
 
 /// A picture's size, like 1280x720.
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
+    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=FrameJob::LARGEST_SIDE).contains(side));
     let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
     sides.ok_or_else(|| {
         let other = text.split_once([',', '*', ':', ' ', ';']).and_then(|(w, h)| Some((parse(w)?, parse(h.trim())?)));

@@ -2,7 +2,7 @@
 
 use crate::commands::common::arguments::{self, MOST_FRAMES, ON_OFF};
 use crate::commands::common::progress;
-use crate::frames::{FrameJob, Frames, LoadOptions, OutputKind};
+use crate::frames::{FrameJob, Frames, LoadOptions, OutputKind, RunJob};
 use crate::recording::RunFiles;
 use crate::renderer::{DebugView, Occlusion, Settings};
 use clap::builder::TypedValueParser;
@@ -84,6 +84,17 @@ impl ViewArgs {
         }
     }
 
+    /// All of a recording, else the first frame of a scene.
+    pub fn run(&self, scene: &Path) -> RunJob {
+        RunJob {
+            frames: Frames::All,
+            settings: self.settings(),
+            lights: self.lights,
+            load: self.load(),
+            ..RunJob::new(scene)
+        }
+    }
+
     pub fn set_threads(&self) {
         systems::set_threads(self.threads.map(usize::from));
     }
@@ -135,19 +146,13 @@ impl PictureArgs {
             outputs.push(OutputKind::Color);
         }
         FrameJob {
-            scene: scene.to_owned(),
+            run: RunJob { realtime: self.realtime, ..view.run(scene) },
             folder: folder.to_owned(),
-            frames: Frames::All,
             size: view.size,
             camera: view.camera.clone(),
             outputs,
-            settings: view.settings(),
-            lights: view.lights,
             resume: self.resume,
-            load: view.load(),
             video: self.video.clone(),
-            run: RunFiles::default(),
-            realtime: self.realtime,
         }
     }
 }

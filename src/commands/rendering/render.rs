@@ -3,11 +3,9 @@
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::rendering::shard;
 use crate::commands::rendering::work::{WorkArgs, with_bar};
-use crate::data::{SensorJob, render_sensors};
-use crate::frames::{FrameJob, render_frames};
-use crate::recording::RunFiles;
+use crate::data::Work;
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct RenderArgs {
@@ -60,15 +58,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let work = &args.work;
     work.view.set_threads();
     if let Some((file, number)) = &args.shard {
-        return shard::render(file, *number, args.scene.as_deref(), work.pictures.resume);
+        return shard::render(file, *number, args.scene.clone(), work.pictures.resume);
     }
     // Without a shard there are both.
     let (Some(scene), Some(folder)) = (&args.scene, &args.output) else { return Ok(()) };
-    let files = RunFiles { save_snapshot: args.save_snapshot.clone(), ..work.files.run_files() };
-    if work.sensors.is_empty() {
-        return render(&FrameJob { run: files, ..work.frame_job(scene, folder) });
-    }
-    render_captures(&SensorJob { run: files, ..work.sensor_job(scene, folder) })
+    let mut job = work.job(scene, folder);
+    job.run_mut().files.save_snapshot.clone_from(&args.save_snapshot);
+    render(&job)
 }
 
 /// A file, and after its last colon a number.
@@ -79,19 +75,10 @@ fn parse_shard(text: &str) -> Result<(PathBuf, usize), String> {
 }
 
 /// Renders a job under a bar, and says what was written.
-pub fn render(job: &FrameJob) -> Result<(), Failure> {
-    let written = with_bar(|progress| render_frames(job, progress))?;
-    say_written(&written, &job.folder)
-}
-
-fn render_captures(job: &SensorJob) -> Result<(), Failure> {
-    let written = with_bar(|progress| render_sensors(job, progress))?;
-    say_written(&written, &job.folder)
-}
-
-fn say_written(written: &[PathBuf], folder: &Path) -> Result<(), Failure> {
-    match written {
-        [] => say(&format!("nothing to do: all pictures are in {}", folder.display()))?,
+pub fn render(job: &Work) -> Result<(), Failure> {
+    let written = with_bar(|progress| job.render(progress))?;
+    match &written[..] {
+        [] => say(&format!("nothing to do: all pictures are in {}", job.folder().display()))?,
         [one] => say(&one.display().to_string())?,
         [first, .., last] => say(&format!("{} files: {} … {}", written.len(), first.display(), last.display()))?,
     }

@@ -1,46 +1,15 @@
-//! `relief render --shard`: a shard with the options that its run was split with.
+//! `relief render --shard`: a shard as its run was split.
 
 use crate::commands::common::failure::{Failure, say};
-use crate::commands::rendering::split::refused_option;
-use crate::commands::rendering::work::{WorkArgs, with_bar};
-use crate::data::shards::{Job, ShardRun, render_shard};
-use crate::data::{SensorJob, render_sensors};
-use crate::frames::{FrameJob, render_frames};
-use clap::Parser;
-use std::path::Path;
-
-/// Options as relief split has kept them.
-#[derive(Parser)]
-struct KeptOptions {
-    #[command(flatten)]
-    work: WorkArgs,
-}
+use crate::commands::common::view::loading;
+use crate::commands::rendering::work::with_bar;
+use crate::data::shards::{ShardJob, render_shard};
+use std::path::{Path, PathBuf};
 
 /// Renders one; `scene`: where the scene is, if it has moved.
-pub fn render(file: &Path, number: usize, scene: Option<&Path>, resume: bool) -> Result<(), Failure> {
-    let (job, _) = Job::read(file)?;
-    let options = std::iter::once("relief").chain(job.options.iter().map(String::as_str));
-    let kept = KeptOptions::try_parse_from(options).map_err(|error| {
-        let first = error.to_string().lines().next().unwrap_or_default().to_owned();
-        Failure::bad_input(format!("{}: options: {first}", file.display()))
-    })?;
-    let work = kept.work;
-    if let Some(option) = refused_option(&work) {
-        return Err(Failure::bad_input(format!("{}: options: --{option} is not of shards", file.display())));
-    }
-    let rendered = render_shard(file, number, resume, |job, ShardRun { folder, frames, part, run }| {
-        let scene = scene.unwrap_or(&job.scene);
-        with_bar(|progress| match work.sensors.is_empty() {
-            true => render_frames(&FrameJob { frames, run, ..work.frame_job(scene, &folder) }, progress),
-            false => {
-                let part = Some(part);
-                render_sensors(&SensorJob { frames, run, part, ..work.sensor_job(scene, &folder) }, progress)
-            }
-        })
-    })?;
-    match rendered {
-        Some(folder) => say(&folder.display().to_string())?,
-        None => say(&format!("nothing to do: {} is whole", job.folder_of(file, number).display()))?,
-    }
-    Ok(())
+pub fn render(file: &Path, number: usize, scene: Option<PathBuf>, resume: bool) -> Result<(), Failure> {
+    let shard = ShardJob { file: file.to_owned(), number, scene, resume, load: loading() };
+    let (folder, is_new) = with_bar(|progress| render_shard(&shard, progress))?;
+    let folder = folder.display();
+    Ok(say(&if is_new { folder.to_string() } else { format!("nothing to do: {folder} is whole") })?)
 }

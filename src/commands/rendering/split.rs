@@ -2,9 +2,8 @@
 
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::rendering::work::{WorkArgs, with_bar};
-use crate::data::shards::{SplitJob, Work, split};
+use crate::data::shards::{SplitJob, split};
 use clap::Args;
-use clap::parser::ValueSource;
 use std::path::PathBuf;
 
 pub const HELP: &str = "\
@@ -28,38 +27,13 @@ pub struct SplitArgs {
     pub shards: usize,
     #[command(flatten)]
     pub work: WorkArgs,
-    /// Options of each frame's rendering, unparsed.
-    #[arg(skip)]
-    pub options: Vec<String>,
 }
 
 /// Options of one process.
 const NOT_HERE: [&str; 5] = ["video", "resume", "realtime", "hash", "record"];
-/// Options of the split itself, or of whoever renders.
-const NOT_KEPT: [&str; 5] = ["output", "shards", "frames", "from_snapshot", "threads"];
-
-impl SplitArgs {
-    /// Keeps the options that were given.
-    pub fn keep_options(&mut self, command: &clap::Command, matches: &clap::ArgMatches) {
-        let is_kept = |id: &str| {
-            matches.value_source(id) == Some(ValueSource::CommandLine)
-                && !NOT_KEPT.contains(&id)
-                && !NOT_HERE.contains(&id)
-        };
-        for argument in command.get_arguments().filter(|argument| is_kept(argument.get_id().as_str())) {
-            let Some(long) = argument.get_long() else { continue };
-            if !argument.get_action().takes_values() {
-                self.options.push(format!("--{long}"));
-                continue;
-            }
-            let values = matches.get_raw(argument.get_id().as_str()).into_iter().flatten();
-            self.options.extend(values.map(|value| format!("--{long}={}", value.to_string_lossy())));
-        }
-    }
-}
 
 /// The first of the given options that shards do not have.
-pub fn refused_option(work: &WorkArgs) -> Option<&'static str> {
+fn refused_option(work: &WorkArgs) -> Option<&'static str> {
     let (pictures, files) = (&work.pictures, &work.files);
     let given =
         [pictures.video.is_some(), pictures.resume, pictures.realtime, files.hash.is_some(), files.record.is_some()];
@@ -74,19 +48,7 @@ pub fn run(args: &SplitArgs) -> Result<(), Failure> {
         return Err(Failure::bad_input(format!("--{option}: {instead}")));
     }
     work.view.set_threads();
-    let job = SplitJob {
-        scene: args.scene.clone(),
-        folder: args.output.clone(),
-        frames: work.frames.clone(),
-        shards: args.shards,
-        work: match work.sensors.is_empty() {
-            true => Work::Frames { camera: work.view.camera.clone() },
-            false => Work::Sensors(Box::new(work.sensor_job(&args.scene, &args.output))),
-        },
-        options: args.options.clone(),
-        load: work.view.load(),
-        from_snapshot: work.files.from_snapshot.clone(),
-    };
+    let job = SplitJob { work: work.job(&args.scene, &args.output), folder: args.output.clone(), shards: args.shards };
     let file = with_bar(|progress| split(&job, progress))?;
     Ok(say(&format!("{}: {} shards", file.display(), args.shards))?)
 }

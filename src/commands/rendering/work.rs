@@ -3,9 +3,8 @@
 use crate::commands::common::arguments;
 use crate::commands::common::progress;
 use crate::commands::common::view::{FileArgs, PictureArgs, ViewArgs, parse_frames};
-use crate::data::{FileFormat, SensorJob};
-use crate::frames::{FrameJob, Frames};
-use crate::recording::RunFiles;
+use crate::data::{DatasetOptions, FileFormat, SensorJob, Work};
+use crate::frames::{Frames, RunJob};
 use clap::Args;
 use clap::builder::TypedValueParser;
 use std::path::Path;
@@ -18,7 +17,8 @@ pub struct WorkArgs {
     #[arg(long, value_name = "all | NAME,…", value_delimiter = ',')]
     #[arg(conflicts_with_all = ["camera", "size", "outputs", "video", "samples"])]
     pub sensors: Vec<String>,
-    /// Formats of the sensors' files, separated by commas
+    /// Formats of the sensors' files, separated by commas. The last four are made of a run as a whole: with --resume,
+    /// everything is captured anew for them
     #[arg(long, value_name = "FORMAT,…", value_delimiter = ',', requires = "sensors", default_value = "png")]
     #[arg(value_parser = file_format())]
     pub format: Vec<FileFormat>,
@@ -34,51 +34,23 @@ pub struct WorkArgs {
 }
 
 fn file_format() -> impl TypedValueParser<Value = FileFormat> {
-    arguments::choice(&FileFormat::ALL, |format| match format {
-        FileFormat::Png => {
-            "A picture per output: 8 bits, 16 bits of 1/256 m, or ids as 24-bit colour; not linear colours"
-        }
-        FileFormat::Npy => "An array of numpy per output; of sensors that are no cameras one of records",
-        FileFormat::Npz => "The arrays of a capture in one file",
-        FileFormat::Exr => "A picture per capture with named channels: R G B (linear), Z, N.X N.Y N.Z, range, ids",
-        FileFormat::Mcap => {
-            "sensors.mcap, one log of ROS 2 for the run: image_raw, depth, class, instance and camera_info of cameras, \
-             points of lidars, imu, fix of GNSS, /tf, /clock; --resume captures everything anew, as it does for the \
-             next three"
-        }
-        FileFormat::Coco => {
-            "coco/instances.json and panoptic.json for the run, of cameras with color, instance and class; with the \
-             color pictures"
-        }
-        FileFormat::Kitti => {
-            "NAME/kitti for each camera with color: image_2, label_2 (boxes), calib, depth, semantic (class), flow, and \
-             velodyne and labels of the lidar beside it"
-        }
-        FileFormat::Video => "NAME/OUTPUT.mp4 for each output of cameras, to look at; needs ffmpeg",
-    })
+    arguments::choice(&FileFormat::ALL, |format| format.help)
 }
 
 impl WorkArgs {
-    pub fn frame_job(&self, scene: &Path, folder: &Path) -> FrameJob {
-        FrameJob { frames: self.frames.clone(), ..self.pictures.job(scene, folder, &self.view) }
-    }
-
-    pub fn sensor_job(&self, scene: &Path, folder: &Path) -> SensorJob {
-        let all = self.sensors == ["all"];
-        SensorJob {
-            scene: scene.to_owned(),
-            folder: folder.to_owned(),
-            frames: self.frames.clone(),
-            sensors: (!all).then(|| self.sensors.clone()),
-            formats: self.format.clone(),
-            settings: self.view.settings(),
-            lights: self.view.lights,
-            resume: self.pictures.resume,
-            load: self.view.load(),
-            run: RunFiles::default(),
-            realtime: self.pictures.realtime,
-            part: None,
+    pub fn job(&self, scene: &Path, folder: &Path) -> Work {
+        let mut job = self.pictures.job(scene, folder, &self.view);
+        job.run = RunJob { frames: self.frames.clone(), files: self.files.run_files(), ..job.run };
+        if self.sensors.is_empty() {
+            return Work::Frames(job);
         }
+        let dataset = DatasetOptions {
+            sensors: (self.sensors != ["all"]).then(|| self.sensors.clone()),
+            formats: self.format.clone(),
+            resume: self.pictures.resume,
+            ..DatasetOptions::new(folder)
+        };
+        Work::Sensors(SensorJob { run: job.run, dataset })
     }
 }
 

@@ -5,10 +5,10 @@
 
 use crate::export::ros::Distortion;
 use crate::sense::captures::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
-use crate::sense::world::due::{Due, nanoseconds};
+use crate::sense::captures::capture::FirstColumn;
 use crate::sense::world::names::sensor_names;
 use bevy_ecs::prelude::*;
-use glam::DMat4;
+use glam::{DAffine3, DMat4};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use systems::draw::Intrinsics;
@@ -17,22 +17,25 @@ use systems::sensors::{
     CameraOutput, CameraSensor, Classes, CollisionSensor, GeoOrigin, GnssSensor, ImuSensor, LaneSensor, Lens,
     LidarSensor, Sensor, SensorKind,
 };
-use systems::space::origin::Origin;
 
 /// Version of the file's form.
 const VERSION: u32 = 1;
 
 /// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates. Of a lidar
 /// also when its first column was fired; of one that sweeps, where it was then.
-pub(super) fn capture(due: &Due, step: u64, world: &World) -> Value {
+pub(super) fn capture(
+    (step, nanoseconds): (u64, u64),
+    world_from_sensor: DAffine3,
+    first_column: Option<FirstColumn>,
+) -> Value {
     let mut at = json!({
         "step": step,
-        "nanoseconds": nanoseconds(world.resource::<Clock>(), step),
-        "world_from_entity": rows(&DMat4::from(due.in_scene(world.resource::<Origin>().0))),
+        "nanoseconds": nanoseconds,
+        "world_from_entity": rows(&DMat4::from(world_from_sensor)),
     });
-    if let Some((nanoseconds, before)) = due.first_column(world) {
+    if let Some(FirstColumn { nanoseconds, world_from_sensor }) = first_column {
         at["first_column_nanoseconds"] = json!(nanoseconds);
-        if matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
+        if let Some(before) = world_from_sensor {
             at["world_from_entity_before"] = rows(&DMat4::from(before));
         }
     }
@@ -43,12 +46,17 @@ fn rows(matrix: &DMat4) -> Value {
     json!([0, 1, 2, 3].map(|row| matrix.row(row).to_array()))
 }
 
-/// The file's text. `captures`: by names of sensors.
-pub(super) fn of_sensors(
-    world: &mut World,
-    chosen: &BTreeMap<String, Sensor>,
-    captures: &BTreeMap<String, Vec<Value>>,
-) -> String {
+/// The file's text, of what [`of_sensors`] describes. `captures`: by names of sensors.
+pub(super) fn text(mut described: Value, mut captures: BTreeMap<String, Vec<Value>>) -> String {
+    for sensor in described["sensors"].as_array_mut().into_iter().flatten() {
+        let own = sensor["name"].as_str().and_then(|name| captures.remove(name));
+        sensor["captures"] = own.unwrap_or_default().into();
+    }
+    format!("{described:#}\n")
+}
+
+/// Description of the sensors, without captures.
+pub(super) fn of_sensors(world: &mut World, chosen: &BTreeMap<String, Sensor>) -> Value {
     let step_seconds = world.resource::<Clock>().step_seconds;
     let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains_key(name));
     let sensors: Vec<Value> = known
@@ -69,7 +77,6 @@ pub(super) fn of_sensors(
             described["name"] = json!(name);
             described["every"] = json!(sensor.every);
             described["phase"] = json!(sensor.phase);
-            described["captures"] = json!(captures.get(&name).map_or(&[][..], Vec::as_slice));
             Some(described)
         })
         .collect();
@@ -82,15 +89,14 @@ pub(super) fn of_sensors(
             "train_id": class.train_id,
         })
     });
-    let described = json!({
+    json!({
         "version": VERSION,
         "step_seconds": step_seconds,
         "units": { "length": "metre", "time": "second", "angle": "radian" },
         "world_axes": "X, Y up, Z, right-handed",
         "classes": classes.collect::<Vec<_>>(),
         "sensors": sensors,
-    });
-    format!("{described:#}\n")
+    })
 }
 
 fn of_camera(camera: &CameraSensor) -> Value {

@@ -1,11 +1,9 @@
 //! `manifest.json`: a hash of each file of a data set, and what made them.
 
-use crate::output::{self, OutputError};
 use crate::renderer::Gpu;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
 use systems::ecs::clock::Clock;
 use systems::run::state_hash;
 
@@ -25,25 +23,17 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
-    /// Manifest of files in a folder, captured of a world as it is now with a device, if anything was drawn.
-    ///
-    /// # Errors
-    /// [`OutputError::Io`]: a file cannot be read back.
-    pub fn of_files(
-        folder: &Path,
-        files: &BTreeSet<PathBuf>,
-        gpu: Option<&Gpu>,
-        world: &mut World,
-    ) -> Result<Self, OutputError> {
+    /// Manifest of a world as it is now, without files. `gpu`: the device, if anything was drawn.
+    pub fn of_world(world: &mut World, gpu: Option<&Gpu>) -> Self {
         let adapter = gpu.map(|gpu| gpu.adapter.get_info());
-        Ok(Self {
-            blake3: output::hashes_of(folder, files)?,
+        Self {
+            blake3: BTreeMap::new(),
             driver: adapter.as_ref().map(|adapter| format!("{} {}", adapter.driver, adapter.driver_info)),
             adapter: adapter.map(|adapter| adapter.name),
             last_step: world.resource::<Clock>().step,
             state_hash: state_hash::hash(world).to_string(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-        })
+        }
     }
 
     /// The file's text.

@@ -1,5 +1,5 @@
-//! Data sets: the sensors of a run as files (job), what they are and where they were (description), a hash of each file
-//! (manifest), and those of the parts of a run put together (merge). Uses formats.
+//! Data sets: the sensors of a run as files (writer; of a whole run, job), what they are and where they were
+//! (description), a hash of each file (manifest), and those of the parts of a run put together (merge). Uses formats.
 
 mod description;
 pub(crate) mod job;
@@ -7,3 +7,4 @@ mod manifest;
 pub(crate) mod merge;
 mod names;
 mod numbers;
+pub(crate) mod writer;

@@ -15,7 +15,7 @@ const MOST_OF_A_CLASS: usize = 1000;
 pub(super) fn warnings(world: &mut World, chosen: &BTreeMap<String, Sensor>, formats: &[FileFormat]) -> Vec<String> {
     let has_panoptic = |sensor: &Sensor| matches!(&sensor.kind, SensorKind::Camera(camera) if camera.outputs.has(CameraOutput::Panoptic));
     let has_labels =
-        |sensor: &Sensor| matches!(sensor.kind, SensorKind::Lidar(_)) && formats.contains(&FileFormat::Kitti);
+        |sensor: &Sensor| matches!(sensor.kind, SensorKind::Lidar(_)) && formats.contains(&FileFormat::KITTI);
     if !chosen.values().any(|sensor| has_panoptic(sensor) || has_labels(sensor)) {
         return Vec::new();
     }
@@ -81,14 +81,14 @@ mod tests {
             register_all(&mut simulation.world);
             warnings(&mut simulation.world, &chosen, formats)
         };
-        assert_eq!(told(1000, 0, &[FileFormat::Npy, FileFormat::Kitti]), [""; 0]);
-        let found = told(1001, 0, &[FileFormat::Png]);
+        assert_eq!(told(1000, 0, &[FileFormat::NPY, FileFormat::KITTI]), [""; 0]);
+        let found = told(1001, 0, &[FileFormat::PNG]);
         assert!(found.len() == 1 && found[0].contains("1001 things of class \"car\"; where"), "{found:?}");
         assert!(!found[0].contains("65535"));
         // The numbers of a car are 26,000 and on: the last of 39,537 would be 65,536.
-        let ends = |things| told(things, 0, &[FileFormat::Png])[0].contains("beyond 65535");
+        let ends = |things| told(things, 0, &[FileFormat::PNG])[0].contains("beyond 65535");
         assert_eq!([39_536, 39_537].map(ends), [false, true]);
-        let found = told(1, 65_536, &[FileFormat::Kitti]);
+        let found = told(1, 65_536, &[FileFormat::KITTI]);
         assert!(found.len() == 1 && found[0].starts_with("sensor \"top\": kitti: numbers of things go"), "{found:?}");
     }
 }

@@ -8,8 +8,7 @@
 //! ```
 
 use super::files;
-use super::format::FileFormat;
-use super::run_writer::{Poses, RunInfo, RunWriter};
+use super::format::{FileFormat, Makes, Poses, RunInfo, RunWriter};
 use crate::export::coco::{self, Category, Instances, Panoptic, Picture, Segments};
 use crate::export::picture;
 use crate::frames::FrameError;
@@ -19,15 +18,36 @@ use crate::sense::captures::capture::{Capture, SensorCapture, SensorData};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
-use systems::sensors::{CameraOutput, ClassInfo};
+use systems::sensors::{CameraOutput, ClassInfo, SensorKind};
 
 /// Things, of all pictures.
 pub(crate) const INSTANCES: &str = "coco/instances.json";
 /// Things and stuff, of all pictures.
 pub(crate) const PANOPTIC: &str = "coco/panoptic.json";
 
+/// Outputs of a labelled camera.
+const LABELLED: [CameraOutput; 3] = [CameraOutput::Color, CameraOutput::Instance, CameraOutput::Class];
+
+impl FileFormat {
+    /// Labels of things and of all pixels, of the whole run.
+    pub const COCO: Self = Self {
+        name: "coco",
+        help: "coco/instances.json and panoptic.json for the run, of cameras with color, instance and class; with the \
+               color pictures",
+        endings: &["png", "json"],
+        needs: Some("a camera with color, instance and class"),
+        accepts: |kind, output| {
+            let has_all =
+                matches!(kind, SensorKind::Camera(camera) if LABELLED.iter().all(|one| camera.outputs.has(*one)));
+            has_all && output.is_some_and(|output| LABELLED.contains(&output))
+        },
+        check: Self::accept_all,
+        makes: Makes::Run(|run| Ok(Box::new(CocoWriter::new(run)))),
+    };
+}
+
 /// Labels that are being collected; their files are written at the end, the pictures at once.
-pub(super) struct CocoWriter {
+struct CocoWriter {
     folder: PathBuf,
     things: BTreeSet<u8>,
     /// Colours have no other format that writes their pictures.
@@ -38,7 +58,7 @@ pub(super) struct CocoWriter {
 }
 
 impl CocoWriter {
-    pub fn new(run: &RunInfo) -> Self {
+    fn new(run: &RunInfo) -> Self {
         // What has no class is labelled by none.
         let classes = || run.classes.0.iter().filter(|class| class.id != 0);
         let categories =
@@ -46,7 +66,7 @@ impl CocoWriter {
         Self {
             folder: run.folder.to_owned(),
             things: classes().filter(|class| class.is_thing).map(|class| class.id).collect(),
-            writes_colors: !run.formats.contains(&FileFormat::Png),
+            writes_colors: !run.formats.contains(&FileFormat::PNG),
             instances: Instances { categories: categories(|class| class.is_thing).collect(), ..Instances::default() },
             panoptic: Panoptic { categories: categories(|_| true).collect(), ..Panoptic::default() },
             written: Vec::new(),

@@ -1,117 +1,206 @@
 //! Files that a sensor's outputs become, a capture at a time, and what is in them.
 
-use super::format::FileFormat;
-use super::records::archive;
-use super::{box_records, records};
+use super::box_records;
+use super::format::{CaptureFile, Encode, FileFormat, Makes};
+use super::records::{self, archive};
 use crate::export::array::{Array, Values};
 use crate::export::exr::{self, Channel};
 use crate::export::kitti::flow_steps;
 use crate::export::{npy, picture};
+use crate::frames::FrameError;
 use crate::output;
 use crate::sense::captures::camera::CameraCapture;
-use crate::sense::captures::capture::{SensorCapture, SensorData};
+use crate::sense::captures::capture::SensorCapture;
 use crate::sense::captures::flow::{Flow, flags};
 use std::io::{Error, ErrorKind, Result};
 use systems::sensors::{CameraOutput, Sensor, SensorKind};
 
-/// The names of a sensor's outputs that no format of these holds.
-pub(crate) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
+impl FileFormat {
+    /// Picture for each output.
+    pub const PNG: Self = Self {
+        name: "png",
+        help: "A picture per output: 8 bits, 16 bits of 1/256 m, or ids as 24-bit colour; not linear colours",
+        endings: &["png"],
+        needs: None,
+        accepts: png_holds,
+        check: |run| {
+            let things = run.classes.0.iter().filter(|class| class.is_thing);
+            let beyond = things.map(|class| class.id).find(|&id| id > MOST_THINGS);
+            let shown = run.sensors.iter().find(|(_, sensor)| has_panoptic_picture(sensor, run.formats));
+            match shown.zip(beyond) {
+                Some(((sensor, _), id)) => Err(FrameError::NoPanoptic { sensor: sensor.clone(), id }),
+                None => Ok(()),
+            }
+        },
+        makes: Makes::Captures(|sensor| of_outputs(sensor, png_holds, encode_picture)),
+    };
+
+    /// Array of numpy for each output.
+    pub const NPY: Self = Self {
+        name: "npy",
+        help: "An array of numpy per output; of sensors that are no cameras one of records",
+        endings: &["npy"],
+        needs: None,
+        accepts: |_, _| true,
+        check: Self::accept_all,
+        makes: Makes::Captures(|sensor| {
+            let files = of_outputs(sensor, |_, _| true, encode_array).into_iter().flat_map(|file| {
+                let is_flow = matches!(file.output, Some(CameraOutput::Flow | CameraOutput::FlowBack));
+                let name = format!("{}_flags", file.name);
+                let flags = is_flow.then(|| CaptureFile { name, encode: encode_flags, ..file.clone() });
+                std::iter::once(file).chain(flags)
+            });
+            files.collect()
+        }),
+    };
+
+    /// Archive of these for each capture.
+    pub const NPZ: Self = Self {
+        name: "npz",
+        help: "The arrays of a capture in one file",
+        endings: &["npz"],
+        needs: None,
+        accepts: npz_holds,
+        check: Self::accept_all,
+        makes: Makes::Captures(|sensor| of_all(sensor, npz_holds, encode_archive)),
+    };
+
+    /// Picture with named channels for each capture.
+    pub const EXR: Self = Self {
+        name: "exr",
+        help: "A picture per capture with named channels: R G B (linear), Z, N.X N.Y N.Z, range, ids",
+        endings: &["exr"],
+        needs: None,
+        accepts: exr_holds,
+        check: Self::accept_all,
+        makes: Makes::Captures(|sensor| of_all(sensor, exr_holds, encode_channels)),
+    };
+}
+
+type Holds = fn(&SensorKind, Option<CameraOutput>) -> bool;
+
+fn png_holds(_: &SensorKind, output: Option<CameraOutput>) -> bool {
+    output.is_some_and(|output| !matches!(output, CameraOutput::Linear | CameraOutput::Boxes))
+}
+
+fn npz_holds(_: &SensorKind, output: Option<CameraOutput>) -> bool {
+    // What is in one file is of one picture; flow to the next is known with that.
+    output != Some(CameraOutput::Flow)
+}
+
+fn exr_holds(_: &SensorKind, output: Option<CameraOutput>) -> bool {
+    output.is_some_and(|it| !matches!(it, CameraOutput::Color | CameraOutput::Boxes | CameraOutput::Flow))
+}
+
+/// A file for each output, or for the records of a sensor that is no camera.
+fn of_outputs(sensor: &Sensor, holds: Holds, encode: Encode) -> Vec<CaptureFile> {
+    let file =
+        |name: &str, output| holds(&sensor.kind, output).then(|| CaptureFile { name: name.to_owned(), output, encode });
     match &sensor.kind {
         SensorKind::Camera(camera) => {
-            let is_left_out = |output| !formats.iter().any(|format| format.holds(camera, output));
-            camera.outputs.iter().filter(|(_, output)| is_left_out(*output)).map(|(name, _)| name).collect()
+            camera.outputs.iter().filter_map(|(name, output)| file(name, Some(output))).collect()
         }
-        other => {
-            let holds = formats.iter().any(|format| format.holds_any(sensor));
-            if holds { Vec::new() } else { vec![records::name(other)] }
+        kind => file(records::name(kind), None).into_iter().collect(),
+    }
+}
+
+/// A file for all that is held of a capture.
+fn of_all(sensor: &Sensor, holds: Holds, encode: Encode) -> Vec<CaptureFile> {
+    let is_held = match &sensor.kind {
+        SensorKind::Camera(camera) => camera.outputs.iter().any(|(_, output)| holds(&sensor.kind, Some(output))),
+        kind => holds(kind, None),
+    };
+    is_held.then(|| CaptureFile { name: String::new(), output: None, encode }).into_iter().collect()
+}
+
+/// The names of a sensor's outputs that no format of these holds.
+pub(crate) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
+    let is_left_out = |output| !formats.iter().any(|format| (format.accepts)(&sensor.kind, output));
+    match &sensor.kind {
+        SensorKind::Camera(camera) => {
+            camera.outputs.iter().filter(|(_, output)| is_left_out(Some(*output))).map(|(name, _)| name).collect()
         }
+        kind => is_left_out(None).then(|| records::name(kind)).into_iter().collect(),
     }
 }
 
 /// The largest class of things whose numbers fit into 16 bits: class · 1000 + 999.
-pub(crate) const MOST_THINGS: u8 = 64;
+const MOST_THINGS: u8 = 64;
 
 /// Tells if panoptic numbers of a sensor become pictures.
 pub(crate) fn has_panoptic_picture(sensor: &Sensor, formats: &[FileFormat]) -> bool {
     let has_output = matches!(&sensor.kind, SensorKind::Camera(camera) if camera.outputs.has(CameraOutput::Panoptic));
-    has_output && formats.contains(&FileFormat::Png)
+    has_output && formats.contains(&FileFormat::PNG)
 }
 
-/// A file of a capture.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) struct OutputFile {
-    /// In the sensor's folder.
-    pub name: String,
-    pub format: FileFormat,
-    /// The output that is in it alone.
-    output: Option<CameraOutput>,
-    /// Flags of flow, rather than flow.
-    is_flags: bool,
-    /// The sensor has boxes, though there may be none.
-    has_boxes: bool,
-}
-
-/// The files of a sensor's capture after a step, that are of this capture alone. Of captures before `first` there are
-/// none, so that flow from there is in no file.
-pub(crate) fn files_of(sensor: &Sensor, formats: &[FileFormat], (step, first): (u64, u64)) -> Vec<OutputFile> {
-    let mut files = Vec::new();
+/// The files of a sensor's capture after a step, that are of this capture alone, with their names in the sensor's
+/// folder. Of captures before `first` there are none, so that flow from there is in no file.
+pub(crate) fn files_of(
+    sensor: &Sensor,
+    formats: &[FileFormat],
+    (step, first): (u64, u64),
+) -> Vec<(String, CaptureFile)> {
     let before = step.checked_sub(sensor.every.into());
-    let has_boxes = matches!(&sensor.kind, SensorKind::Camera(camera) if camera.outputs.has(CameraOutput::Boxes));
-    let asked_for = |format: &FileFormat| formats.contains(format) && format.is_per_capture();
-    for &(extension, format) in FileFormat::ALL.iter().filter(|(_, format)| asked_for(format)) {
-        let mut push = |name: String, output, is_flags| {
-            files.push(OutputFile { name: format!("{name}.{extension}"), format, output, is_flags, has_boxes });
-        };
-        let mut file = |name: &str, output: Option<CameraOutput>| {
-            let step = match (output, before) {
+    let mut files = Vec::new();
+    for format in formats {
+        let Makes::Captures(of_sensor) = format.makes else { continue };
+        let ending = format.endings.first().unwrap_or(&format.name);
+        for file in of_sensor(sensor) {
+            let step = match (file.output, before) {
                 // It begins at the picture of the capture before, whose files it is beside.
                 (Some(CameraOutput::Flow), Some(before)) if before >= first => before,
                 (Some(CameraOutput::FlowBack), Some(_)) => step,
-                (Some(CameraOutput::Flow | CameraOutput::FlowBack), _) => return,
+                (Some(CameraOutput::Flow | CameraOutput::FlowBack), _) => continue,
                 _ => step,
             };
-            if name.is_empty() {
-                return push(format!("{step:05}"), output, false);
-            }
-            push(format!("{name}_{step:05}"), output, false);
-            if matches!(output, Some(CameraOutput::Flow | CameraOutput::FlowBack)) && format == FileFormat::Npy {
-                push(format!("{name}_flags_{step:05}"), output, true);
-            }
-        };
-        match (&sensor.kind, format) {
-            (SensorKind::Camera(camera), FileFormat::Png | FileFormat::Npy) => {
-                let held = camera.outputs.iter().filter(|(_, output)| format.holds(camera, *output));
-                held.for_each(|(name, output)| file(name, Some(output)));
-            }
-            (SensorKind::Camera(_), _) if format.holds_any(sensor) => file("", None),
-            (SensorKind::Camera(_), _) => {}
-            (other, FileFormat::Npy) => file(records::name(other), None),
-            (_, FileFormat::Npz) => file("", None),
-            _ => {}
+            let CaptureFile { name, .. } = &file;
+            let joint = if name.is_empty() { "" } else { "_" };
+            files.push((format!("{name}{joint}{step:05}.{ending}"), file));
         }
     }
     files
 }
 
-/// The bytes of a file; `None` of flow where the capture before is not known.
-///
-/// # Errors
-/// A value that does not fit into the format.
-pub(crate) fn encode(capture: &SensorCapture, file: &OutputFile) -> Result<Option<Vec<u8>>> {
-    match &capture.data {
-        SensorData::Camera(camera) => {
-            let flow = file.output.and_then(|output| flow_of(camera, output));
-            if flow.is_some_and(|flow| flow.flags.is_empty()) {
-                return Ok(None);
-            }
-            of_camera(camera, file).map(Some)
-        }
-        SensorData::Lidar(lidar) => records::of_lidar(lidar, file.format).map(Some),
-        SensorData::Imu(imu) => records::of_imu(imu, file.format).map(Some),
-        SensorData::Gnss(gnss) => records::of_gnss(gnss, file.format).map(Some),
-        SensorData::Collision(collisions) => records::of_collisions(collisions, file.format).map(Some),
-        SensorData::Lane(lane) => records::of_lane(lane, file.format).map(Some),
-    }
+/// The camera that captured an output; `None` of flow where the capture before is not known.
+fn captured(capture: &SensorCapture, output: CameraOutput) -> Option<&CameraCapture> {
+    let is_unknown = |camera: &&CameraCapture| flow_of(camera, output).is_some_and(|flow| flow.flags.is_empty());
+    capture.camera().filter(|camera| !is_unknown(camera))
+}
+
+fn encode_picture(capture: &SensorCapture, output: Option<CameraOutput>) -> Result<Option<Vec<u8>>> {
+    let Some(output) = output else { return Ok(None) };
+    captured(capture, output).map(|camera| png(camera, output)).transpose()
+}
+
+fn encode_array(capture: &SensorCapture, output: Option<CameraOutput>) -> Result<Option<Vec<u8>>> {
+    let Some(output) = output else { return records::encode(&capture.data, npy::encode_records) };
+    let array = |camera: &CameraCapture| match output {
+        CameraOutput::Boxes => box_records::encode(&camera.boxes),
+        _ => array_of(camera, output).encode(),
+    };
+    captured(capture, output).map(array).transpose()
+}
+
+fn encode_flags(capture: &SensorCapture, output: Option<CameraOutput>) -> Result<Option<Vec<u8>>> {
+    let Some(output) = output else { return Ok(None) };
+    captured(capture, output).map(|camera| flags_of(camera, output).encode()).transpose()
+}
+
+fn encode_archive(capture: &SensorCapture, _: Option<CameraOutput>) -> Result<Option<Vec<u8>>> {
+    let Some(camera) = capture.camera() else { return records::encode(&capture.data, records::archive_of) };
+    let held = CameraOutput::ALL.into_iter().filter(|(_, output)| *output != CameraOutput::Flow);
+    let outputs = held.map(|(name, output)| (name, array_of(camera, output)));
+    let flags = ("flow_back_flags", flags_of(camera, CameraOutput::FlowBack));
+    let arrays = outputs.chain([flags]).filter(|(_, array)| !array.values.is_empty());
+    let arrays = arrays.map(|(name, array)| Ok((name, array.encode()?)));
+    let has_boxes = camera.outputs.has(CameraOutput::Boxes);
+    let boxes = has_boxes.then(|| Ok(("boxes", box_records::encode(&camera.boxes)?)));
+    archive(arrays.chain(boxes)).map(Some)
+}
+
+fn encode_channels(capture: &SensorCapture, _: Option<CameraOutput>) -> Result<Option<Vec<u8>>> {
+    let channels = |camera: &CameraCapture| exr::encode((camera.width, camera.height), &channels(camera));
+    capture.camera().map(channels).transpose()
 }
 
 /// The flow of an output that is one.
@@ -120,26 +209,6 @@ fn flow_of(camera: &CameraCapture, output: CameraOutput) -> Option<&Flow> {
         CameraOutput::Flow => Some(&camera.flow),
         CameraOutput::FlowBack => Some(&camera.flow_back),
         _ => None,
-    }
-}
-
-fn of_camera(camera: &CameraCapture, file: &OutputFile) -> Result<Vec<u8>> {
-    let has_boxes = file.has_boxes;
-    match (file.format, file.output) {
-        (FileFormat::Png, Some(output)) => png(camera, output),
-        (FileFormat::Npy, Some(CameraOutput::Boxes)) => box_records::encode(&camera.boxes),
-        (FileFormat::Npy, Some(output)) if file.is_flags => flags_of(camera, output).encode(),
-        (FileFormat::Npy, Some(output)) => array_of(camera, output).encode(),
-        (FileFormat::Exr, _) => exr::encode((camera.width, camera.height), &channels(camera)),
-        _ => {
-            let held = CameraOutput::ALL.into_iter().filter(|(_, output)| file.format.has_form(*output));
-            let outputs = held.map(|(name, output)| (name, array_of(camera, output)));
-            let flags = ("flow_back_flags", flags_of(camera, CameraOutput::FlowBack));
-            let arrays = outputs.chain([flags]).filter(|(_, array)| !array.values.is_empty());
-            let arrays = arrays.map(|(name, array)| Ok((name, array.encode()?)));
-            let boxes = has_boxes.then(|| Ok(("boxes", box_records::encode(&camera.boxes)?)));
-            archive(arrays.chain(boxes))
-        }
     }
 }
 

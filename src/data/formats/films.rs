@@ -1,14 +1,13 @@
 //! The outputs of cameras as films to look at: `DIR/ego/front/color.mp4`. Films are lossy; values are in other formats.
 
-use super::format::FileFormat;
-use super::run_writer::{Poses, RunInfo, RunWriter};
+use super::format::{FileFormat, Makes, Poses, RunInfo, RunWriter};
 use crate::data::pictures::Picture;
 use crate::frame_time::FrameTime;
 use crate::frames::FrameError;
 use crate::output::{self, OutputError};
 use crate::sense::captures::camera::CameraCapture;
 use crate::sense::captures::capture::{Capture, SensorData};
-use crate::video::Film;
+use crate::video::{self, Film};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
@@ -17,8 +16,29 @@ use systems::sensors::{CameraOutput, CameraOutputs, Classes, Sensor, SensorKind}
 /// Metres at which a depth is half as bright as at the camera.
 const HALF_BRIGHT: f32 = 10.0;
 
+impl FileFormat {
+    /// Film for each output.
+    pub const VIDEO: Self = Self {
+        name: "video",
+        help: "NAME/OUTPUT.mp4 for each output of cameras, to look at; needs ffmpeg",
+        endings: &["mp4"],
+        needs: Some("a camera with an output that is a picture"),
+        accepts: |_, output| output.is_some_and(is_filmed),
+        // Of a part of a run there are pictures, which become films with those of the others.
+        check: |run| if run.films.is_none() { Ok(video::check_encoder()?) } else { Ok(()) },
+        makes: Makes::Run(|run| match run.films {
+            Some(films) => Ok(Box::new(FilmPictures::new(run, films))),
+            None => Ok(Box::new(FilmWriter::new(run))),
+        }),
+    };
+}
+
+fn is_filmed(output: CameraOutput) -> bool {
+    !matches!(output, CameraOutput::Flow | CameraOutput::FlowBack)
+}
+
 /// Films that are being made.
-pub(super) struct FilmWriter {
+struct FilmWriter {
     folder: PathBuf,
     classes: Classes,
     /// Filmed outputs of cameras, by their names.
@@ -30,7 +50,7 @@ pub(super) struct FilmWriter {
 
 /// The pictures of films of a part of a run, to be made films with those of the others:
 /// `FILMS/ego/front/color/00012.png`.
-pub(super) struct FilmPictures {
+struct FilmPictures {
     films: PathBuf,
     classes: Classes,
     /// Filmed outputs of cameras, by their names.
@@ -54,7 +74,7 @@ pub(crate) fn folder_of_pictures(films: &Path, sensor: &str, output: &str) -> Pa
 }
 
 impl FilmWriter {
-    pub fn new(run: &RunInfo) -> Self {
+    fn new(run: &RunInfo) -> Self {
         let time = |every: u32| time_of_capture(run.step_seconds, every);
         let times = run.sensors.iter().map(|(name, sensor)| (name.clone(), time(sensor.every)));
         Self {
@@ -91,7 +111,7 @@ impl RunWriter for FilmWriter {
 }
 
 impl FilmPictures {
-    pub fn new(run: &RunInfo, films: &Path) -> Self {
+    fn new(run: &RunInfo, films: &Path) -> Self {
         let (classes, outputs) = (run.classes.clone(), outputs_of(run));
         Self { films: films.to_owned(), classes, outputs, written: Vec::new() }
     }
@@ -153,7 +173,7 @@ fn outputs_of(run: &RunInfo) -> BTreeMap<String, CameraOutputs> {
 fn filmed(sensor: &Sensor) -> CameraOutputs {
     let SensorKind::Camera(camera) = &sensor.kind else { return CameraOutputs::default() };
     let outputs = camera.outputs.iter().map(|(_, output)| output);
-    outputs.filter(|output| FileFormat::Video.holds(camera, *output)).collect()
+    outputs.filter(|output| is_filmed(*output)).collect()
 }
 
 /// Red, green and blue of each pixel; `None` of what was not captured. Distances are grey, nearer ones brighter, half

@@ -11,8 +11,7 @@
 //! A lidar with no camera beside it has a folder of its own. Classes have the scene's ids.
 
 use super::files;
-use super::format::FileFormat;
-use super::run_writer::{Poses, RunInfo, RunWriter};
+use super::format::{FileFormat, Makes, Poses, RunInfo, RunWriter};
 use crate::export::kitti::{self, Calibration, Label, velodyne};
 use crate::export::semantic_kitti;
 use crate::frames::FrameError;
@@ -27,10 +26,32 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use systems::draw::Intrinsics;
-use systems::sensors::{CameraOutput, Class, Classes};
+use systems::sensors::{CameraOutput, Class, Classes, SensorKind};
+
+impl FileFormat {
+    /// Folder of that data set for each camera.
+    pub const KITTI: Self = Self {
+        name: "kitti",
+        help: "NAME/kitti for each camera with color: image_2, label_2 (boxes), calib, depth, semantic (class), flow, \
+               and velodyne and labels of the lidar beside it",
+        endings: &["png", "txt", "bin", "label"],
+        needs: Some("a camera with color and the lens of a pinhole, or a lidar"),
+        accepts: |kind, output| match (kind, output) {
+            // Its pictures are those of pinholes.
+            (SensorKind::Camera(camera), Some(output)) => {
+                use CameraOutput::{Boxes, Class, Color, Depth, Flow};
+                let is_pinhole = camera.intrinsics().is_some() && !camera.lens.has_distortion();
+                is_pinhole && camera.outputs.has(Color) && matches!(output, Color | Depth | Class | Boxes | Flow)
+            }
+            _ => matches!(kind, SensorKind::Lidar(_)),
+        },
+        check: Self::accept_all,
+        makes: Makes::Run(|run| Ok(Box::new(KittiWriter::new(run)))),
+    };
+}
 
 /// Folders that are being filled.
-pub(super) struct KittiWriter {
+struct KittiWriter {
     folder: PathBuf,
     /// Cameras, and the lidar beside each.
     cameras: BTreeMap<String, Option<String>>,
@@ -47,13 +68,13 @@ pub(super) struct KittiWriter {
 }
 
 impl KittiWriter {
-    pub fn new(run: &RunInfo) -> Self {
-        let lidars: Vec<&str> = run.held_by(FileFormat::Kitti, false).collect();
+    fn new(run: &RunInfo) -> Self {
+        let lidars: Vec<&str> = run.held_by(FileFormat::KITTI, false).collect();
         // Those that stand by themselves are on nothing together.
         let is_beside =
             |lidar: &str, camera: &str| mounted_on(lidar) == mounted_on(camera) && !mounted_on(camera).is_empty();
         let beside = |camera: &str| lidars.iter().find(|lidar| is_beside(lidar, camera));
-        let cameras = run.held_by(FileFormat::Kitti, true);
+        let cameras = run.held_by(FileFormat::KITTI, true);
         let cameras: BTreeMap<String, Option<String>> =
             cameras.map(|camera| (camera.to_owned(), beside(camera).map(ToString::to_string))).collect();
         let is_alone = |lidar: &&str| !cameras.values().flatten().any(|beside| beside == lidar);

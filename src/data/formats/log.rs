@@ -18,8 +18,8 @@
 //! after the stamp of its cloud, from where the frame was then: points of one that does not sweep all at the capture. A
 //! camera whose projection is parallel has no camera_info. An IMU and a GNSS receiver have the axes of lidars.
 
+use super::format::{FileFormat, Makes, Poses, RunInfo, RunWriter};
 use super::log_boxes;
-use super::run_writer::{Poses, RunInfo, RunWriter};
 use crate::export::array::Column;
 use crate::export::mcap::Log;
 use crate::export::ros::{
@@ -38,16 +38,40 @@ use glam::{DAffine3, DMat3, DQuat};
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
-use systems::sensors::Classes;
+use systems::sensors::{CameraOutput, Classes, SensorKind};
 
 /// The log of a data set.
 pub(crate) const LOG: &str = "sensors.mcap";
+
+impl FileFormat {
+    /// One log of ROS 2 for the whole run.
+    pub const MCAP: Self = Self {
+        name: "mcap",
+        help: "sensors.mcap, one log of ROS 2 for the run: image_raw, depth, class, instance and camera_info of \
+               cameras, points of lidars, imu, fix of GNSS, /tf, /clock",
+        endings: &[],
+        needs: None,
+        accepts: |kind, output| match output {
+            Some(output) => {
+                use CameraOutput::{Boxes, Class, Color, Depth, Instance};
+                matches!(output, Color | Depth | Class | Instance | Boxes)
+            }
+            // No message that readers know is of these.
+            None => !matches!(kind, SensorKind::Collision(_) | SensorKind::Lane(_)),
+        },
+        check: |run| match cfg!(feature = "mcap") {
+            true => check_names(run.sensors.keys()),
+            false => Err(FrameError::NotBuiltIn { format: "mcap" }),
+        },
+        makes: Makes::Run(|run| Ok(Box::new(SensorLog::begin(&run.folder.join(LOG), run)?))),
+    };
+}
 
 /// The frame that all others are in.
 const WORLD: &str = "world";
 
 /// A log that is being written.
-pub(super) struct SensorLog {
+struct SensorLog {
     path: PathBuf,
     log: Log<BufWriter<WholeFile>>,
     classes: Classes,
@@ -62,7 +86,7 @@ impl SensorLog {
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn begin(path: &Path, run: &RunInfo) -> Result<Self, OutputError> {
+    fn begin(path: &Path, run: &RunInfo) -> Result<Self, OutputError> {
         let file = BufWriter::new(WholeFile::begin(path)?);
         let log = Log::new(file).map_err(|error| OutputError::io(path, error))?;
         let labelled = run.labelled().iter().map(|name| frame_name(name)).collect();
@@ -238,7 +262,7 @@ fn frame_name(sensor: &str) -> String {
 ///
 /// # Errors
 /// [`FrameError::SharedFrameName`].
-pub(super) fn check_names<'a>(sensors: impl Iterator<Item = &'a String>) -> Result<(), FrameError> {
+fn check_names<'a>(sensors: impl Iterator<Item = &'a String>) -> Result<(), FrameError> {
     let mut taken = vec![(WORLD.to_owned(), "the world".to_owned())];
     for sensor in sensors {
         let name = frame_name(sensor);
@@ -277,7 +301,7 @@ mod tests {
         let data = SensorData::Lidar(LidarCapture::default());
         let world_from_sensor = glam::DAffine3::from_translation(glam::DVec3::new(2.0, 3.0, 1.0));
         let entity = bevy_ecs::entity::Entity::PLACEHOLDER;
-        let sensor = SensorCapture { entity, name: String::new(), world_from_sensor, data };
+        let sensor = SensorCapture { entity, name: String::new(), world_from_sensor, first_column: None, data };
         let found = place("top", 5, &sensor.world_from_outputs());
         assert_eq!((found.translation, found.rotation), ([1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0]));
         // A camera looks back from there, along −x, with y to the right.

@@ -1,12 +1,12 @@
-//! Forms of files: what becomes of single captures (files, of records), and of a run as a whole (run_writer), begun by
-//! its formats (writers). Uses pictures.
+//! Forms of files: what becomes of single captures (files, of records), and of a run as a whole (log, coco, kitti,
+//! films). Uses pictures.
 //!
 //! ```text
-//! format        forms, and what they hold
-//! files         which files outputs become, and what is in them; box_records, records: those of boxes, and of sensors
-//!               other than cameras
-//! run_writer    what takes the captures of a run in their order: log, one of ROS 2 (log_boxes); coco, kitti, labels as
-//!               these data sets have them; films
+//! format        a form: what it holds, and how its files are made; of a program, too
+//! files         PNG, numpy's and OpenEXR; box_records, records: what is in them of boxes, and of sensors other than
+//!               cameras
+//! log           a log of ROS 2 (log_boxes); coco, kitti: labels as these data sets have them; films
+//! writers       the list of all of these; those of a run, begun
 //! ```
 
 pub(crate) mod box_records;
@@ -18,5 +18,4 @@ mod kitti;
 pub(crate) mod log;
 mod log_boxes;
 mod records;
-pub(crate) mod run_writer;
 pub(crate) mod writers;

@@ -1,8 +1,8 @@
 //! Readings of sensors other than cameras as files: records, or an array for each of their fields.
 
-use super::format::FileFormat;
 use crate::export::array::{Array, Column};
 use crate::export::{npy, npz};
+use crate::sense::captures::capture::SensorData;
 use crate::sense::captures::lidar::LidarCapture;
 use crate::sense::captures::motion::{GnssCapture, ImuCapture};
 use std::io::Result;
@@ -34,27 +34,35 @@ pub(super) fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)
 }
 
 /// The bytes of a file of so many records.
+type Records = fn(usize, &[Column]) -> Result<Vec<u8>>;
+
+/// Fields of so many records, each a file of its own in one.
 ///
 /// # Errors
 /// A value that does not fit into the format.
-fn of_columns(rows: usize, columns: &[Column], format: FileFormat) -> Result<Vec<u8>> {
-    if format == FileFormat::Npy {
-        return npy::encode_records(rows, columns);
-    }
+pub(super) fn archive_of(rows: usize, columns: &[Column]) -> Result<Vec<u8>> {
     archive(columns.iter().map(|column| {
         let shape: Vec<usize> = std::iter::once(rows).chain(column.shape.iter().copied()).collect();
         Ok((column.name, npy::encode(&Array::new(&shape, column.values))?))
     }))
 }
 
-/// The bytes of a file of one capture.
+/// The bytes of a file of one capture; `None` of a camera, which has no records.
 ///
 /// # Errors
 /// A value that does not fit into the format.
-pub(super) fn of_lidar(
-    LidarCapture { scan, instance, class, .. }: &LidarCapture,
-    format: FileFormat,
-) -> Result<Vec<u8>> {
+pub(super) fn encode(data: &SensorData, records: Records) -> Result<Option<Vec<u8>>> {
+    match data {
+        SensorData::Camera(_) => Ok(None),
+        SensorData::Lidar(lidar) => of_lidar(lidar, records).map(Some),
+        SensorData::Imu(imu) => of_imu(imu, records).map(Some),
+        SensorData::Gnss(gnss) => of_gnss(gnss, records).map(Some),
+        SensorData::Collision(collisions) => of_collisions(collisions, records).map(Some),
+        SensorData::Lane(lane) => of_lane(lane, records).map(Some),
+    }
+}
+
+fn of_lidar(LidarCapture { scan, instance, class, .. }: &LidarCapture, records: Records) -> Result<Vec<u8>> {
     let columns = [
         Column::new("xyz", &[3], scan.xyz.as_flattened()),
         Column::new("range", &[], &scan.range[..]),
@@ -65,17 +73,10 @@ pub(super) fn of_lidar(
         Column::new("class", &[], &class[..]),
         Column::new("hit", &[], &scan.hit[..]),
     ];
-    of_columns(scan.len(), &columns, format)
+    records(scan.len(), &columns)
 }
 
-/// The bytes of a file of one capture.
-///
-/// # Errors
-/// A value that does not fit into the format.
-pub(super) fn of_imu(
-    ImuCapture { valid, nanoseconds, reading, .. }: &ImuCapture,
-    format: FileFormat,
-) -> Result<Vec<u8>> {
+fn of_imu(ImuCapture { valid, nanoseconds, reading, .. }: &ImuCapture, records: Records) -> Result<Vec<u8>> {
     let (valid, time) = ([u8::from(*valid)], [*nanoseconds as f64 * 1e-9]);
     let columns = [
         Column::new("valid", &[], &valid[..]),
@@ -83,17 +84,10 @@ pub(super) fn of_imu(
         Column::new("specific_force", &[3], reading.specific_force.as_ref().as_slice()),
         Column::new("angular_velocity", &[3], reading.angular_velocity.as_ref().as_slice()),
     ];
-    of_columns(1, &columns, format)
+    records(1, &columns)
 }
 
-/// The bytes of a file of one capture.
-///
-/// # Errors
-/// A value that does not fit into the format.
-pub(super) fn of_gnss(
-    GnssCapture { valid, has_velocity, reading, .. }: &GnssCapture,
-    format: FileFormat,
-) -> Result<Vec<u8>> {
+fn of_gnss(GnssCapture { valid, has_velocity, reading, .. }: &GnssCapture, records: Records) -> Result<Vec<u8>> {
     let flags = [u8::from(*valid), u8::from(*has_velocity)];
     let place = [reading.place.latitude_degrees, reading.place.longitude_degrees, reading.place.altitude];
     let columns = [
@@ -104,14 +98,10 @@ pub(super) fn of_gnss(
         Column::new("has_velocity", &[], &flags[1..]),
         Column::new("velocity", &[3], reading.velocity.as_ref().as_slice()),
     ];
-    of_columns(1, &columns, format)
+    records(1, &columns)
 }
 
-/// The bytes of a file of one capture.
-///
-/// # Errors
-/// A value that does not fit into the format.
-pub(super) fn of_collisions(collisions: &[Collision], format: FileFormat) -> Result<Vec<u8>> {
+fn of_collisions(collisions: &[Collision], records: Records) -> Result<Vec<u8>> {
     let instance: Vec<u32> = collisions.iter().map(|collision| collision.instance).collect();
     let class: Vec<u8> = collisions.iter().map(|collision| collision.class).collect();
     let depth: Vec<f64> = collisions.iter().map(|collision| collision.depth).collect();
@@ -124,14 +114,10 @@ pub(super) fn of_collisions(collisions: &[Collision], format: FileFormat) -> Res
         Column::new("normal", &[3], &normal[..]),
         Column::new("speed", &[], &speed[..]),
     ];
-    of_columns(collisions.len(), &columns, format)
+    records(collisions.len(), &columns)
 }
 
-/// The bytes of a file of one capture.
-///
-/// # Errors
-/// A value that does not fit into the format.
-pub(super) fn of_lane(reading: &LaneReading, format: FileFormat) -> Result<Vec<u8>> {
+fn of_lane(reading: &LaneReading, records: Records) -> Result<Vec<u8>> {
     let LaneReading { valid, route, lane, offset, heading_error, curvature, width, along, speed } = *reading;
     let (valid, numbers) = ([u8::from(valid)], [route, lane]);
     let values = [offset, heading_error, curvature, width, along, speed];
@@ -142,5 +128,5 @@ pub(super) fn of_lane(reading: &LaneReading, format: FileFormat) -> Result<Vec<u
         Column::new("lane", &[], &numbers[1..]),
     ];
     columns.extend(names.iter().zip(values.chunks(1)).map(|(name, value)| Column::new(name, &[], value)));
-    of_columns(1, &columns, format)
+    records(1, &columns)
 }

@@ -1,6 +1,7 @@
 //! `shards.json`: what the shards of a run are.
 
 use super::error::ShardError;
+use crate::data::work::Work;
 use crate::output;
 use crate::recording::PROGRAM;
 use serde::{Deserialize, Serialize};
@@ -29,15 +30,13 @@ pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
 }
 
 /// A run that is rendered in shards.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Job {
     /// The program's, with which the run was split and is rendered.
     pub version: String,
-    /// The scene file, from the root of the file system on.
-    pub scene: PathBuf,
-    /// Options of `relief render` that say what is rendered of each frame.
-    pub options: Vec<String>,
+    /// Rendering of the whole run, whose scene is named from the root of the file system on; without folders.
+    pub work: Work,
     /// Length of a step.
     pub step_seconds: f64,
     /// In their order; each begins with the frame at which the one before ends.
@@ -74,6 +73,9 @@ impl Job {
         if let Some(version) = value["version"].as_str().filter(|version| *version != PROGRAM) {
             return Err(refused(format!("made by version \"{version}\" of the program; this is {PROGRAM}")));
         }
+        if value.get("options").is_some() {
+            return Err(refused("made by an earlier program; expected that the run is split again".to_owned()));
+        }
         let job: Self =
             serde_json::from_value(value).map_err(|error| refused(format!("not a file of relief split: {error}")))?;
         job.check().map_err(|message| refused(format!("corrupt: {message}")))?;
@@ -96,6 +98,7 @@ impl Job {
             }
             end = shard.end;
         }
+        self.work.fault().map_or(Ok(()), Err)?;
         self.states().map(|_| ())
     }
 

@@ -23,5 +23,5 @@ mod split;
 pub use error::ShardError;
 pub use job::{Job, Shard};
 pub use merge::{MergeOptions, merge};
-pub use shard::{ShardRun, render_shard};
-pub use split::{SplitJob, Work, split};
+pub use shard::{ShardJob, render_shard};
+pub use split::{SplitJob, split};

@@ -2,8 +2,9 @@
 
 use super::error::ShardError;
 use super::job::{Job, Shard};
-use crate::data::dataset::job::{SensorJob, steps_before};
-use crate::frames::{FrameRun, Frames, LoadOptions, load_stage};
+use crate::data::dataset::job::steps_before;
+use crate::data::work::Work;
+use crate::frames::{FrameRun, Frames, RunJob, load_stage};
 use crate::output;
 use crate::recording::{PROGRAM, RunFiles};
 use std::path::{Path, PathBuf};
@@ -13,34 +14,12 @@ use systems::run::state_hash;
 /// A run to be split.
 #[derive(Clone, Debug)]
 pub struct SplitJob {
-    /// Scene file or model.
-    pub scene: PathBuf,
+    /// Rendering of the whole.
+    pub work: Work,
     /// The job's folder; made if missing.
     pub folder: PathBuf,
-    /// Its frames.
-    pub frames: Frames,
-    /// Into how many parts.
+    /// Number of the parts.
     pub shards: usize,
-    /// Pictures or captures that are rendered.
-    pub work: Work,
-    /// The same as options of `relief render`, for whoever renders the shards.
-    pub options: Vec<String>,
-    /// Options of loading the scene.
-    pub load: LoadOptions,
-    /// Snapshot that the run goes on from, rather than from the scene's beginning.
-    pub from_snapshot: Option<PathBuf>,
-}
-
-/// Renderings of a run.
-#[derive(Clone, Debug)]
-pub enum Work {
-    /// Pictures of a camera, by its name; `None`: the scene's first.
-    Frames {
-        /// The name.
-        camera: Option<String>,
-    },
-    /// Captures of sensors.
-    Sensors(Box<SensorJob>),
 }
 
 /// Splits a run; `progress` is called after each step with how many are taken, and of how many. Returns the job's file.
@@ -48,14 +27,15 @@ pub enum Work {
 /// # Errors
 /// [`ShardError`]: more shards than frames; what stops a run; what cannot be written. The job's file is written last.
 pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<PathBuf, ShardError> {
-    let SplitJob { scene, folder, .. } = split;
-    let camera = match &split.work {
-        Work::Frames { camera } => camera.as_deref(),
+    let SplitJob { work, folder, .. } = split;
+    let RunJob { scene, load, files, frames, .. } = work.run();
+    let camera = match work {
+        Work::Frames(job) => job.camera.as_deref(),
         Work::Sensors(_) => None,
     };
-    let mut stage = load_stage(scene, camera, &split.load)?;
-    let before = match &split.work {
-        Work::Frames { .. } => 0,
+    let mut stage = load_stage(scene, camera, load)?;
+    let before = match work {
+        Work::Frames(_) => 0,
         Work::Sensors(job) => steps_before(job, &mut stage.simulation.world)?,
     };
     let path = folder.join("shards.json");
@@ -63,16 +43,13 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
     stage.check_outputs(|read| {
         output::is_same(read, &path) || output::real(read).starts_with(output::real(&snapshots))
     })?;
-    let begins_there = split
-        .from_snapshot
-        .as_deref()
-        .is_some_and(|from| output::is_same(from, &path) || output::real(from).starts_with(output::real(&snapshots)));
-    if begins_there {
-        let from = split.from_snapshot.as_deref().unwrap_or(&path);
+    let is_written =
+        |from: &&PathBuf| output::is_same(from, &path) || output::real(from).starts_with(output::real(&snapshots));
+    if let Some(from) = files.from_snapshot.as_ref().filter(is_written) {
         return Err(ShardError::refused(from, "the run begins with it, and the job would write over it"));
     }
-    let files = RunFiles { from_snapshot: split.from_snapshot.clone(), ..RunFiles::default() };
-    let mut run = FrameRun::begin(stage, (scene, &files), &split.frames, false)?;
+    let files = RunFiles { from_snapshot: files.from_snapshot.clone(), ..RunFiles::default() };
+    let mut run = FrameRun::begin(stage, (scene, &files), frames, false)?;
     let (begin, frames) = (run.step(), run.frames.clone());
     let count = frames.end - frames.start;
     if split.shards == 0 || split.shards as u64 > count {
@@ -112,8 +89,9 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
     let last_state = state(&mut run);
     let scene = std::path::absolute(scene).map_err(|error| ShardError::refused(scene, error))?;
     let step_seconds = run.stage.simulation.world.resource::<Clock>().step_seconds;
-    let job =
-        Job { version: PROGRAM.to_owned(), scene, options: split.options.clone(), step_seconds, shards, last_state };
+    let mut work = work.clone().anew_in(PathBuf::new());
+    *work.run_mut() = RunJob { scene, frames: Frames::Range(frames), files: RunFiles::default(), ..work.run().clone() };
+    let job = Job { version: PROGRAM.to_owned(), work, step_seconds, shards, last_state };
     job.write(&path)?;
     Ok(path)
 }

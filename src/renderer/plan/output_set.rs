@@ -1,7 +1,9 @@
 //! Outputs of a view, as they are asked for.
 
+use serde::{Deserialize, Serialize};
+
 /// Outputs of a view.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
 pub struct OutputSet {
     /// The shaded picture.
     pub color: bool,

@@ -2,12 +2,14 @@
 
 use super::output_set::OutputSet;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::draw::{Environment, ToneMap};
 
 /// Debug picture in place of the lit one.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum DebugView {
     /// The lit picture.
     #[default]
@@ -113,7 +115,8 @@ impl HeatScale {
 
 /// Occlusion culling: objects that others hide are left out. The picture is the same, except where two faces lie in one
 /// plane: the one that is drawn first is in front, and objects that were seen before are drawn first.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Occlusion {
     /// Enabled for many objects. Frames that are written to files never use it, so that each depends on its scene
     /// alone.
@@ -143,7 +146,8 @@ impl Occlusion {
 const FEW_OBJECTS: u32 = 4096;
 
 /// Choices for a whole view.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Settings {
     /// Draws every material with this technique.
     pub technique: Option<Technique>,

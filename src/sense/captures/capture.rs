@@ -30,8 +30,19 @@ pub struct SensorCapture {
     pub name: String,
     /// From the entity's axes (−Z forward, +Y up) to the scene's coordinates, without scale.
     pub world_from_sensor: DAffine3,
+    /// First column of a lidar; `None` of another sensor.
+    pub first_column: Option<FirstColumn>,
     /// Values that it measured.
     pub data: SensorData,
+}
+
+/// Begin of what a lidar measured.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct FirstColumn {
+    /// Nanoseconds of the clock when it was fired.
+    pub nanoseconds: u64,
+    /// From the entity's axes to the scene's coordinates then, of a lidar that sweeps.
+    pub world_from_sensor: Option<DAffine3>,
 }
 
 /// By kind of sensor.

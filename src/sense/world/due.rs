@@ -4,6 +4,7 @@ use super::names::sensor_name;
 use crate::renderer::{RenderError, Settings};
 use crate::sense::camera::capture::CameraPlan;
 use crate::sense::camera::lens_map::LensMaps;
+use crate::sense::captures::capture::FirstColumn;
 use crate::sense::captures::pose::Pose;
 use crate::sense::motion::{place, track};
 use bevy_ecs::prelude::*;
@@ -69,13 +70,16 @@ impl Due {
         }
     }
 
-    /// Time and pose of a lidar's first column, in nanoseconds of the clock.
-    pub fn first_column(&self, world: &World) -> Option<(u64, DAffine3)> {
+    /// The first column of a lidar; `None` of another sensor.
+    pub fn first_column(&self, world: &World) -> Option<FirstColumn> {
         let SensorKind::Lidar(lidar) = &self.sensor.kind else { return None };
         let clock = world.resource::<Clock>();
         let columns = self.columns(lidar, clock.step_seconds);
         let pose = Pose::of_column(&self.poses, lidar, &columns, 0).moved(world.resource::<Origin>().0);
-        Some((self.first_column_nanoseconds(&columns, clock), pose.world_from_entity()))
+        Some(FirstColumn {
+            nanoseconds: self.first_column_nanoseconds(&columns, clock),
+            world_from_sensor: lidar.sweep.then(|| pose.world_from_entity()),
+        })
     }
 
     /// Views of a camera; `None` of another sensor.

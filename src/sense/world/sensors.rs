@@ -172,8 +172,8 @@ impl WorldSensors {
                 }
                 SensorKind::Lane(sensor) => SensorData::Lane(lane(sensor, world, due.entity, now)),
             };
-            let world_from_sensor = due.in_scene(origin);
-            sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
+            let (world_from_sensor, first_column) = (due.in_scene(origin), due.first_column(world));
+            sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, first_column, data });
         }
         let nanoseconds = nanoseconds(clock, step);
         Measured { capture: Capture { step, nanoseconds, sensors }, tracked, boxes_of }
