@@ -69,9 +69,7 @@ const SUN: &str = "light: directional(intensity: 0.25)";
 
 #[test]
 fn dropping_one_of_four_equal_lights_is_an_error_of_a_quarter() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let found = report(&scene(0.0, &[SUN; 4]));
     assert_eq!(found.lights, 4);
     // Half floats, 2⁻¹⁰ of what they hold.
@@ -88,9 +86,7 @@ fn dropping_one_of_four_equal_lights_is_an_error_of_a_quarter() {
 
 #[test]
 fn up_to_three_lights_nothing_is_off() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let lamp = "light: point(color: (0.3, 0.5, 0.9), intensity: 3), transform: (translation: (2, 1, 2))";
     let spot = "light: spot(intensity: 0.7, cutoff_degrees: 20), transform: (translation: (0, 0, 5))";
     for count in 0..=3 {
@@ -102,9 +98,7 @@ fn up_to_three_lights_nothing_is_off() {
 
 #[test]
 fn black_and_empty_pictures_have_no_error() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let black = report(&scene(0.0, &[]));
     assert_eq!((black.mean_luminance, three(&black), hard(&black)), (0.0, NONE, NONE));
     assert!(black.object_pixels > 0);
@@ -136,9 +130,7 @@ const IN_TWO_PIECES: &str = r#"(mesh: "long", material: "white", piece_metres: 2
 
 #[test]
 fn seams_are_as_high_as_the_difference_of_the_lamps_that_two_pieces_leave_out() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let found = report(&floor(IN_TWO_PIECES, ""));
     // Two pixels lie side by side in each of the rows whose middle is on the floor: a pixel is 2.2 m / 48 wide.
     let pixel = 2.2 / 48.0;
@@ -159,9 +151,7 @@ fn seams_are_as_high_as_the_difference_of_the_lamps_that_two_pieces_leave_out() 
 
 #[test]
 fn where_nothing_is_left_out_and_between_objects_there_are_no_seams() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     // The right lamp does not reach the floor.
     let exact = report(&floor(IN_TWO_PIECES, ", range: 1"));
     assert!(exact.seam_pairs > 0 && exact.mean_luminance > 0.0, "{exact:?}");
@@ -174,9 +164,7 @@ fn where_nothing_is_left_out_and_between_objects_there_are_no_seams() {
 
 #[test]
 fn on_the_shipped_scene_three_are_nearer_than_hard() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let job = FrameErrorJob {
         load: LoadOptions::for_one_renderer(),
@@ -199,9 +187,7 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
 /// its roads are cut into pieces under many lamps. The figures of docs/lights.md are those of a larger picture.
 #[test]
 fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let job = FrameErrorJob {
         load: LoadOptions::for_one_renderer(),

@@ -162,9 +162,7 @@ fn on_cube(at: DVec2) -> bool {
 
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for (light, lamp) in [POINT, SUN, SPOT] {
         let known = |at: DVec2| f64::from(u8::from(on_cube(at) || lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
         assert_known(&measured(&scene(light, CUBE), None), known);
@@ -190,9 +188,7 @@ fn plate(light: &str, height: f64, aside: f64, turned_degrees: f64) -> String {
 /// where the edge crosses it at 0.404 of its radius: (acos t − t √(1 − t²)) / π = ¼.
 #[test]
 fn penumbrae_are_as_wide_as_geometry_has_them() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let lamp = "light: point(intensity: 8, attenuation: inverse_square, radius: 0.4), \
                 transform: (translation: (0, 4, 0))";
     let sun = "light: directional(intensity: 0.9, angle_degrees: 20), transform: (rotation_degrees: (-90, 0, 0))";
@@ -231,9 +227,7 @@ fn largest_step(picture: &RgbImage, open: &RgbImage, step: usize) -> f64 {
 /// step is larger than one and a half times the largest that rays find, along the edge and across it.
 #[test]
 fn penumbrae_of_maps_have_no_steps_of_texels() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let side = 200;
     for (elevation, angle, turned) in [(15f64, 2.0, 10.0), (25.0, 3.0, -33.0), (60.0, 10.0, 4.0)] {
         // The sun is at −X.
@@ -266,9 +260,7 @@ const FURNITURE: &str = r#"
 /// One lamp and one tap: the light of a picture with a map is off by a hundredth at the most.
 #[test]
 fn a_map_is_near_the_truth() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for (light, _) in [POINT, SPOT] {
         let light = light.replace("inverse_square", "inverse_square, shadows: true");
         let report = measured_in(&scene(&light, FURNITURE), None, (200, 200)).report;
@@ -280,9 +272,7 @@ fn a_map_is_near_the_truth() {
 /// A cube of holes: its solid shape casts the shadow, and what is seen through it has one.
 #[test]
 fn masks_cast_as_if_they_were_solid_and_shadows_are_seen_through_them() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let (light, lamp) = POINT;
     let holes = CUBE.replace("white", "hole");
     let known = |at: DVec2| f64::from(u8::from(!on_cube(at) && lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
@@ -291,9 +281,7 @@ fn masks_cast_as_if_they_were_solid_and_shadows_are_seen_through_them() {
 
 #[test]
 fn blended_objects_have_shadows_and_cast_none() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let (light, lamp) = SUN;
     let pane = r#"(mesh: "floor", material: "pane", transform: (translation: (0, 0.3, 0))),"#;
     // The sun lights both alike, and the pane hides half of the floor.
@@ -309,9 +297,7 @@ fn blended_objects_have_shadows_and_cast_none() {
 /// With each way in which a light is added up.
 #[test]
 fn a_lamp_in_a_closed_box_lights_nothing_outside() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let lamp = "light: point(intensity: 8, attenuation: inverse_square), transform: (translation: (0.1, 1, 0))";
     let closed = r#"(mesh: "cube", material: "white", transform: (translation: (0, 1, 0), scale: 1.2)),"#;
     let techniques =
@@ -328,9 +314,7 @@ fn a_lamp_in_a_closed_box_lights_nothing_outside() {
 /// and 65 km from the origin.
 #[test]
 fn without_anything_in_the_way_traced_shadows_change_no_bit() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for origin in ["0", "65000"] {
         let scene = format!(
             r#"(
@@ -356,9 +340,7 @@ fn without_anything_in_the_way_traced_shadows_change_no_bit() {
 
 #[test]
 fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
     let found = measure(&job(&scene, folder.path(), (160, 90)), 32).expect("a report");
@@ -457,9 +439,7 @@ const BUILDING_CELLS: &str = r#"
 /// Cells leave out lights behind walls, and none that a ray finds; the picture is far nearer to the truth.
 #[test]
 fn cells_leave_out_what_walls_hide() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let with = measured(&building(BUILDING_CELLS), None).report;
     let without = measured(&building(""), None).report;
     let cells = with.cells.expect("there are cells");
