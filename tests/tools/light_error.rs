@@ -1,10 +1,7 @@
 //! `relief lights`: scenes whose error is known, and the ones where a quotient could go wrong.
 
-use crate::common;
-use relief::frames::LoadOptions;
-use relief::tools::frame_error::FrameErrorJob;
+use crate::{common, frame_job};
 use relief::tools::light_error::{LightReport, PolicyError, measure};
-use std::fs;
 use std::path::Path;
 
 const NONE: PolicyError = PolicyError { mean: 0.0, p99: 0.0, flip: 0.0, seams: 0.0 };
@@ -40,18 +37,8 @@ fn scene(ambient: f32, lights: &[&str]) -> String {
 }
 
 fn report(scene: &str) -> LightReport {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.ron");
-    fs::write(&path, scene).expect("a scene");
-    let job = FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: path,
-        folder: folder.path().join("out"),
-        frame: 0,
-        size: (48, 48),
-        camera: None,
-        technique: None,
-    };
+    let folder = common::scene_folder(scene);
+    let job = frame_job(&folder.path().join("scene.ron"), &folder.path().join("out"), (48, 48));
     let report = measure(&job).expect("a report");
     let picture = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["all.png", "three.png", "hard.png", "three_error.png", "hard_error.png"] {
@@ -166,15 +153,8 @@ fn where_nothing_is_left_out_and_between_objects_there_are_no_seams() {
 fn on_the_shipped_scene_three_are_nearer_than_hard() {
     let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let job = FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron"),
-        folder: folder.path().to_owned(),
-        frame: 0,
-        size: (160, 90),
-        camera: None,
-        technique: None,
-    };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
+    let job = frame_job(&scene, folder.path(), (160, 90));
     let found = measure(&job).expect("a report");
     assert_eq!(found.lights, 44);
     let (three, hard) = (three(&found), hard(&found));
@@ -189,15 +169,8 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
 fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
     let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let job = FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron"),
-        folder: folder.path().to_owned(),
-        frame: 0,
-        size: (320, 180),
-        camera: None,
-        technique: None,
-    };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron");
+    let job = frame_job(&scene, folder.path(), (320, 180));
     let found = measure(&job).expect("a report");
     let (shipped, three) = (of_policy(&found, "default"), three(&found));
     assert!(found.seam_pairs > 1000, "{found:?}");

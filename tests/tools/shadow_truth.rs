@@ -1,17 +1,16 @@
 //! `relief shadows`: shadows whose every sample is known, and pictures that have none.
 
-use crate::common;
+use crate::{common, frame_job};
 use glam::{DVec2, DVec3};
 use image::RgbImage;
-use relief::frames::LoadOptions;
+use relief::tools::compare::PictureError;
 use relief::tools::frame_error::FrameErrorJob;
-use relief::tools::shadow_error::{ShadowError, ShadowReport, measure};
-use std::fs;
-use std::path::{Path, PathBuf};
+use relief::tools::shadow_error::{ShadowReport, measure};
+use std::path::PathBuf;
 use systems::assets::Technique;
 use systems::assets::color::linear_from_srgb;
 
-const NONE: ShadowError = ShadowError { mean: 0.0, p99: 0.0, flip: 0.0 };
+const NONE: PictureError = PictureError { mean: 0.0, p99: 0.0, flip: 0.0 };
 /// Pixels along a side.
 const SIDE: u32 = 50;
 /// Metres from the middle of the picture to its edge.
@@ -28,18 +27,6 @@ struct Measured {
     unshadowed: RgbImage,
     maps: RgbImage,
     perfect: RgbImage,
-}
-
-fn job(scene: &Path, folder: &Path, size: (u32, u32)) -> FrameErrorJob {
-    FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: scene.to_owned(),
-        folder: folder.to_owned(),
-        frame: 0,
-        size,
-        camera: None,
-        technique: None,
-    }
 }
 
 /// A white, matte floor of 8 m in the dark, seen from above, under a light; what `entities` adds.
@@ -69,10 +56,9 @@ fn measured(scene: &str, technique: Option<Technique>) -> Measured {
 }
 
 fn measured_in(scene: &str, technique: Option<Technique>, size: (u32, u32)) -> Measured {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = common::scene_folder(scene);
     let path = folder.path().join("scene.ron");
-    fs::write(&path, scene).expect("a scene");
-    let job = FrameErrorJob { technique, ..job(&path, &folder.path().join("out"), size) };
+    let job = FrameErrorJob { technique, ..frame_job(&path, &folder.path().join("out"), size) };
     let report = measure(&job, 32).expect("a report");
     let read = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["unshadowed_error.png", "perfect_error.png"] {
@@ -343,7 +329,7 @@ fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
     let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
-    let found = measure(&job(&scene, folder.path(), (160, 90)), 32).expect("a report");
+    let found = measure(&frame_job(&scene, folder.path(), (160, 90)), 32).expect("a report");
     assert_eq!(found.lights, 44);
     let ShadowReport { unshadowed, perfect, .. } = &found;
     assert!(perfect.mean < unshadowed.mean && perfect.p99 < unshadowed.p99, "{found:?}");

@@ -1,6 +1,6 @@
 //! The models that vehicles move by, against their closed forms.
 
-use bevy_ecs::prelude::*;
+use crate::{state, steps};
 use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
@@ -9,8 +9,7 @@ use systems::vehicles::ground::Grounds;
 use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::types::{Driver, Trailer};
 use systems::vehicles::{
-    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, following,
-    steering,
+    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, steering,
 };
 
 const STEP: f64 = 1.0 / 60.0;
@@ -19,14 +18,6 @@ fn simulation(plans: Vec<RoutePlan>) -> Simulation {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Routes::new(plans, false, 1));
     simulation
-}
-
-fn steps(simulation: &mut Simulation, count: usize) {
-    (0..count).for_each(|_| simulation.step());
-}
-
-fn state<T: Component + Clone>(simulation: &Simulation, entity: Entity) -> T {
-    simulation.world.get::<T>(entity).expect("a component").clone()
 }
 
 /// A ring of that radius, counter-clockwise seen from above (left turns all the way).
@@ -139,7 +130,9 @@ fn followers_settle_at_the_equilibrium_gap() {
         - length;
     let speed = state::<Motion>(&simulation, follower).speed;
     assert!((speed - 12.0).abs() < 0.02, "{speed}");
-    let expected = f64::from(following::equilibrium_gap(&driver, 12.0, limit));
+    // All keep their speed at (s0 + v·T) / √(1 − (v/v0)^δ).
+    let way = driver.gap + 12.0 * driver.headway;
+    let expected = f64::from(way / (1.0 - (12.0 / limit).powf(driver.exponent)).sqrt());
     assert!((gap - expected).abs() < 0.1, "{gap} for {expected}");
 }
 

@@ -45,11 +45,6 @@ pub fn step(limits: &Limits, speed: f64, acceleration: f32, seconds: f64) -> (f3
     if next < STANDING.0 && possible < STANDING.1 { (possible, 0.0) } else { (possible, next) }
 }
 
-/// The gap at which all keep their speed: (s0 + v·T) / √(1 − (v/v0)^δ).
-pub fn equilibrium_gap(driver: &Driver, speed: f32, wanted_speed: f32) -> f32 {
-    (driver.gap + speed * driver.headway) / (1.0 - (speed / wanted_speed).powf(driver.exponent)).sqrt()
-}
-
 /// Distance that a driver looks ahead, metres: that of comfortable braking, and some.
 pub(crate) fn look_ahead(driver: &Driver, speed: f32) -> f32 {
     1.3 * speed * speed / (2.0 * driver.braking) + speed * driver.headway + 20.0
