@@ -12,9 +12,8 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use common::CpuTime;
-use cpu_time::ProcessTime;
-use criterion::measurement::Measurement;
+use common::{Clock, CpuTime};
+use criterion::measurement::WallTime;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{Vec3, Vec4};
 use std::time::{Duration, Instant};
@@ -68,7 +67,7 @@ impl Scene {
     }
 
     /// Moves one object in `part`, if any, and makes a frame.
-    fn frame<T>(&mut self, part: Option<usize>, start: impl Fn() -> T, end: impl Fn(T) -> Duration) -> Duration {
+    fn frame(&mut self, part: Option<usize>, clock: &impl Clock) -> Duration {
         let moving = Instant::now();
         if let Some(part) = part {
             let step = Vec3::Y * if self.frames.is_multiple_of(2) { 0.1 } else { -0.1 };
@@ -77,9 +76,9 @@ impl Scene {
         }
         self.moves.push(moving.elapsed().as_secs_f64() * 1e3);
         self.frames += 1;
-        let started = start();
+        let started = clock.start();
         self.simulation.frame();
-        let took = end(started);
+        let took = clock.end(started);
         let stats = self.simulation.world.resource::<FrameStats>();
         self.stages.iter_mut().zip(stats.stage_ms).for_each(|(all, ms)| all.push(ms));
         took
@@ -101,21 +100,17 @@ impl Scene {
 
 const MOVING: [(&str, Option<usize>); 3] = [("still", None), ("one in a hundred", Some(100)), ("all", Some(1))];
 
-fn frames<M: Measurement<Value = Duration>, T>(
-    (criterion, kind): (&mut Criterion<M>, &str),
-    start: impl Fn() -> T,
-    end: impl Fn(T) -> Duration,
-) {
+fn frames<C: Clock>(criterion: &mut Criterion<C>) {
     for (scene, objects, below_one) in
         [("100000", 100_000, 0), ("100000 in tens", 100_000, 10), ("1000000", 1_000_000, 0)]
     {
-        let mut group = criterion.benchmark_group(format!("{kind}/{scene}"));
+        let mut group = criterion.benchmark_group(format!("{}/{scene}", C::NAME));
         group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
         let mut scene = None;
         for (name, part) in MOVING {
             group.bench_function(name, |bencher| {
                 let scene = scene.get_or_insert_with(|| Scene::new(objects, below_one));
-                bencher.iter_custom(|n| (0..n).map(|_| scene.frame(part, &start, &end)).sum());
+                bencher.iter_custom(|n| (0..n).map(|_| scene.frame(part, &C::CLOCK)).sum());
             });
             if let Some(scene) = &mut scene {
                 scene.report();
@@ -124,18 +119,6 @@ fn frames<M: Measurement<Value = Duration>, T>(
     }
 }
 
-fn wall(criterion: &mut Criterion) {
-    frames((criterion, "wall"), Instant::now, |start| start.elapsed());
-}
-
-fn cpu(criterion: &mut Criterion<CpuTime>) {
-    frames((criterion, "cpu"), ProcessTime::now, |start| start.elapsed());
-}
-
-criterion_group!(wall_time, wall);
-criterion_group! {
-    name = cpu_time;
-    config = Criterion::default().with_measurement(CpuTime);
-    targets = cpu
-}
-criterion_main!(wall_time, cpu_time);
+criterion_group!(by_wall, frames::<WallTime>);
+criterion_group!(name = by_cpu; config = Criterion::default().with_measurement(CpuTime); targets = frames::<CpuTime>);
+criterion_main!(by_wall, by_cpu);

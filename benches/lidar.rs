@@ -11,8 +11,8 @@
 mod common;
 
 use bevy_tasks::TaskPoolBuilder;
-use common::CpuTime;
-use criterion::measurement::Measurement;
+use common::{Clock, CpuTime};
+use criterion::measurement::WallTime;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use relief::scene;
@@ -35,7 +35,7 @@ fn town() -> Simulation {
     simulation
 }
 
-fn beams<M: Measurement>(criterion: &mut Criterion<M>, time: &str) {
+fn beams<C: Clock>(criterion: &mut Criterion<C>) {
     let town = town();
     let sensor = LidarSensor { beams: Beams::Os1With128, columns: 1024, range: (0.5, 120.0), ..LidarSensor::default() };
     let columns = sensor.revolution();
@@ -46,7 +46,7 @@ fn beams<M: Measurement>(criterion: &mut Criterion<M>, time: &str) {
     let hits = scan.hit.iter().filter(|&&hit| hit == 1).count();
     println!("{} objects, {hits} of {} beams met something, {:?}", rays.objects(), scan.len(), rays.warnings());
 
-    let mut group = criterion.benchmark_group(time);
+    let mut group = criterion.benchmark_group(C::NAME);
     group.sample_size(20).measurement_time(Duration::from_secs(4));
     group.throughput(Throughput::Elements(scan.len() as u64));
     for (name, rays) in [("town", &rays), ("nothing", &RayScene::default())] {
@@ -70,14 +70,6 @@ fn beams<M: Measurement>(criterion: &mut Criterion<M>, time: &str) {
     });
 }
 
-fn wall(criterion: &mut Criterion) {
-    beams(criterion, "wall");
-}
-
-fn cpu(criterion: &mut Criterion<CpuTime>) {
-    beams(criterion, "cpu");
-}
-
-criterion_group!(by_wall, wall);
-criterion_group!(name = by_cpu; config = Criterion::default().with_measurement(CpuTime); targets = cpu);
+criterion_group!(by_wall, beams::<WallTime>);
+criterion_group!(name = by_cpu; config = Criterion::default().with_measurement(CpuTime); targets = beams::<CpuTime>);
 criterion_main!(by_wall, by_cpu);

@@ -13,9 +13,9 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
-use common::CpuTime;
+use common::{Clock, CpuTime};
 use cpu_time::ProcessTime;
-use criterion::measurement::Measurement;
+use criterion::measurement::WallTime;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use std::time::{Duration, Instant};
@@ -221,24 +221,15 @@ fn one<M>(systems: impl IntoScheduleConfigs<bevy_ecs::system::ScheduleSystem, M>
     schedule
 }
 
-fn steps<M: Measurement<Value = Duration>, T>(
-    (criterion, kind): (&mut Criterion<M>, &str),
-    start: impl Fn() -> T,
-    end: impl Fn(T) -> Duration,
-) {
+fn steps<C: Clock>(criterion: &mut Criterion<C>) {
     for name in ["rings", "town"] {
         for vehicles in [10_000, 100_000] {
-            let mut group = criterion.benchmark_group(format!("{kind}/{name}"));
+            let mut group = criterion.benchmark_group(format!("{}/{name}", C::NAME));
             group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
             let mut scene = None;
             group.bench_function(vehicles.to_string(), |bencher| {
                 let scene = scene.get_or_insert_with(|| Scene::new(name, vehicles));
-                let started = || start();
-                bencher.iter_custom(|n| {
-                    let started = started();
-                    (0..n).for_each(|_| scene.simulation.step());
-                    end(started)
-                });
+                bencher.iter(|| scene.simulation.step());
             });
             if let Some(scene) = &mut scene {
                 scene.report(name);
@@ -247,18 +238,6 @@ fn steps<M: Measurement<Value = Duration>, T>(
     }
 }
 
-fn wall(criterion: &mut Criterion) {
-    steps((criterion, "wall"), Instant::now, |start| start.elapsed());
-}
-
-fn cpu(criterion: &mut Criterion<CpuTime>) {
-    steps((criterion, "cpu"), ProcessTime::now, |start| start.elapsed());
-}
-
-criterion_group!(wall_time, wall);
-criterion_group! {
-    name = cpu_time;
-    config = Criterion::default().with_measurement(CpuTime);
-    targets = cpu
-}
-criterion_main!(wall_time, cpu_time);
+criterion_group!(by_wall, steps::<WallTime>);
+criterion_group!(name = by_cpu; config = Criterion::default().with_measurement(CpuTime); targets = steps::<CpuTime>);
+criterion_main!(by_wall, by_cpu);

@@ -23,6 +23,32 @@ pub fn of<T: PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
     table.iter().find(|(_, known)| *known == value).map_or("", |(name, _)| name)
 }
 
+/// Declares an enum of values that have names and are told in a line of help: its docs.
+macro_rules! named {
+    ($(#[$meta:meta])* pub enum $type:ident {
+        $(#[doc = $help:literal] $(#[$more:meta])* $variant:ident = $name:literal,)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+        pub enum $type {
+            $(#[doc = $help] $(#[$more])* $variant,)*
+        }
+
+        impl $type {
+            /// All with their names.
+            pub const ALL: [(&'static str, Self); [$($name),*].len()] = [$(($name, Self::$variant)),*];
+
+            /// Description in a line.
+            pub fn help(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $help.trim_ascii_start(),)*
+                }
+            }
+        }
+    };
+}
+pub(crate) use named;
+
 /// The entities of a scene file by their places in its list.
 #[derive(Resource, Default)]
 pub struct SceneEntities(pub EntityHashMap<usize>);

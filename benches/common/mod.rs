@@ -4,6 +4,24 @@ use cpu_time::ProcessTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use std::time::Duration;
 
+/// A clock, and what benchmarks call it.
+pub trait Clock: Measurement<Value = Duration> {
+    const NAME: &'static str;
+    /// For benchmarks that time a part of what they do.
+    #[allow(dead_code)]
+    const CLOCK: Self;
+}
+
+impl Clock for WallTime {
+    const NAME: &'static str = "wall";
+    const CLOCK: Self = Self;
+}
+
+impl Clock for CpuTime {
+    const NAME: &'static str = "cpu";
+    const CLOCK: Self = Self;
+}
+
 /// Processor time of all threads.
 pub struct CpuTime;
 

@@ -8,6 +8,7 @@ use crate::demo;
 use crate::frames::OutputKind;
 use clap::Args;
 use std::path::PathBuf;
+use systems::ecs::clock::SPEEDS;
 
 #[derive(Args)]
 pub struct RunArgs {
@@ -18,7 +19,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub files: FileArgs,
     /// Simulated seconds per real second, 0.1 to 100 [default: the scene's]
-    #[arg(long, value_name = "X", value_parser = arguments::parse_speed)]
+    #[arg(long, value_name = "X", value_parser = arguments::number(SPEEDS))]
     pub speed: Option<f64>,
     /// Start paused
     #[arg(long)]

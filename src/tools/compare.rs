@@ -29,6 +29,17 @@ pub enum CompareError {
     Sizes(u32, u32, u32, u32),
 }
 
+/// Error of a picture against a reference, over the pixels that count.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct PictureError {
+    /// Mean of |L − L_ref|, over the mean of L_ref.
+    pub mean: f64,
+    /// 99 % of the pixels are at most this far off.
+    pub p99: f64,
+    /// Mean FLIP of the tone-mapped pictures.
+    pub flip: f64,
+}
+
 /// Rec. 709 luminance of a linear colour. What is no finite number counts as the largest half float, 65504: far off,
 /// and still to be computed with.
 pub fn luminance([r, g, b, _]: [f32; 4]) -> f32 {

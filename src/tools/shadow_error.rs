@@ -8,7 +8,7 @@
 use crate::frames::{self, FrameError, Stage};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
-use crate::tools::compare::{self, quarters};
+use crate::tools::compare::{self, PictureError, quarters};
 use crate::tools::error::ToolError;
 use crate::tools::frame_error::{self, FrameErrorJob};
 use crate::tools::traced::{ObjectLights, Traced, TracedScene};
@@ -21,17 +21,6 @@ use systems::assets::levels::LevelOfDetail;
 use systems::cells::Cells;
 use systems::draw::View;
 use systems::lights::{LightPolicies, LightPolicy};
-
-/// Error of a picture against the reference.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct ShadowError {
-    /// Mean over the pixels that show an object of |L − L_truth|, over the mean of L_truth there.
-    pub mean: f64,
-    /// 99 % of those pixels are at most this far off.
-    pub p99: f64,
-    /// Mean FLIP of the tone-mapped pictures.
-    pub flip: f64,
-}
 
 /// Results of the comparison.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -55,11 +44,11 @@ pub struct ShadowReport {
     /// Lights that have a shadow map.
     pub mapped: u32,
     /// No shadows at all.
-    pub unshadowed: ShadowError,
+    pub unshadowed: PictureError,
     /// Shadow maps.
-    pub maps: ShadowError,
+    pub maps: PictureError,
     /// Every light of an object's list as rays find it, without shadows in what is left out of the list.
-    pub perfect: ShadowError,
+    pub perfect: PictureError,
     /// Effect of cells; `None` without any.
     pub cells: Option<CellsReport>,
 }
@@ -68,7 +57,7 @@ pub struct ShadowReport {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CellsReport {
     /// No shadows and no cells.
-    pub without: ShadowError,
+    pub without: PictureError,
     /// Lights that reach an object: the mean of the objects that the picture shows.
     pub lights_per_object: f64,
     /// The same without cells.
@@ -95,7 +84,7 @@ impl fmt::Display for ShadowReport {
         writeln!(f, "error          mean      p99     FLIP")?;
         let without = self.cells.map(|cells| ("no cells", cells.without));
         let rows = [("unshadowed", self.unshadowed), ("maps", self.maps), ("perfect", self.perfect)];
-        for (name, ShadowError { mean, p99, flip }) in rows.into_iter().chain(without) {
+        for (name, PictureError { mean, p99, flip }) in rows.into_iter().chain(without) {
             writeln!(f, "{name:<10} {mean:8.4} {p99:8.4} {flip:8.4}")?;
         }
         if let Some(CellsReport { lights_per_object, lights_per_object_without, left_out, .. }) = self.cells {
@@ -172,7 +161,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
         let error = compare::luminance_error(&truth.luminances, &shot.luminances, &shows_object);
         let flip = compare::flip(&truth.picture, &shot.picture)?;
         let heat = compare::heat_map(&error.of_pixels, width, height).unwrap_or_default();
-        Ok((ShadowError { mean: error.mean, p99: error.p99, flip }, heat))
+        Ok((PictureError { mean: error.mean, p99: error.p99, flip }, heat))
     };
     let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
     let (of_maps, maps_heat) = compared(&mapped)?;

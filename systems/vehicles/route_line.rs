@@ -2,7 +2,7 @@
 //! ahead, where a line crosses itself, and which routes are near a point.
 
 use super::components::RouteId;
-use super::routes::{Route, RoutePlan, Routes};
+use super::routes::{Place, Route, RoutePlan, Routes};
 use glam::{DVec2, DVec3, Vec2, Vec3Swizzles};
 use std::collections::HashMap;
 
@@ -22,21 +22,6 @@ const BRAKING: f32 = 1.5;
 /// Ratio of the braking toward a bend to the sideways acceleration that a driver allows. One that takes bends gently
 /// brakes gently too.
 const BRAKING_FOR_BENDS: f32 = 0.8;
-
-/// A place on a centre line.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Sample {
-    /// World space, metres.
-    pub position: DVec3,
-    /// (x, z), unit length.
-    pub tangent: Vec2,
-    /// Radians per metre, left positive.
-    pub curvature: f32,
-    /// m/s, with lower limits ahead.
-    pub limit: f32,
-    /// v² per m/s² of sideways acceleration, with bends ahead.
-    pub bend: f32,
-}
 
 /// Metres of a route's centre line.
 pub fn length(plan: &RoutePlan) -> f64 {
@@ -61,7 +46,7 @@ fn measured(plan: &RoutePlan) -> (Vec<(f64, DVec3)>, f64) {
 }
 
 /// The samples of a route and its length.
-pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f64) {
+pub(super) fn sample(plan: &RoutePlan) -> (Vec<Place>, f64) {
     let (measured, along) = measured(plan);
     let close = with_directions(plan, &spaced(&measured, along, STEP.0), along);
     let sharpest = f64::from(close.iter().map(|sample| sample.curvature.abs()).fold(1e-6, f32::max));
@@ -140,7 +125,7 @@ fn on_spline(p: &[DVec3; 4], t: f64) -> DVec3 {
     mix(mix(a1, a2, 0.0, t2), mix(a2, a3, t1, t3), t1, t2)
 }
 
-fn with_directions(plan: &RoutePlan, positions: &[DVec3], length: f64) -> Vec<Sample> {
+fn with_directions(plan: &RoutePlan, positions: &[DVec3], length: f64) -> Vec<Place> {
     let (last, step) = (positions.len() - 1, length / (positions.len() - 1) as f64);
     let flat = |i: usize| positions[i].xz();
     // Of a closed route the first sample is the last, too.
@@ -172,7 +157,7 @@ fn with_directions(plan: &RoutePlan, positions: &[DVec3], length: f64) -> Vec<Sa
         let apart = if before(i) == i || after(i) == i { step } else { 2.0 * step };
         let curvature = turned / apart as f32;
         let bend = 1.0 / curvature.abs().max(1e-9);
-        Sample { position: positions[i], tangent: tangent(i), curvature, limit: limit(i as f64 * step), bend }
+        Place { position: positions[i], tangent: tangent(i), curvature, limit: limit(i as f64 * step), bend }
     };
     (0..=last).map(sample).collect()
 }
@@ -183,12 +168,12 @@ pub(super) fn angle(from: Vec2, to: Vec2) -> f32 {
 }
 
 /// Heading at the end against that at the beginning, with whole turns counted.
-pub(super) fn turn(samples: &[Sample]) -> f32 {
+pub(super) fn turn(samples: &[Place]) -> f32 {
     samples.windows(2).map(|pair| angle(pair[0].tangent, pair[1].tangent)).sum()
 }
 
 /// Lowers limits and bends so that one may brake in time for those ahead; `after`: those at the end.
-pub(super) fn brake_ahead(samples: &mut [Sample], step: f32, after: (f32, f32)) {
+pub(super) fn brake_ahead(samples: &mut [Place], step: f32, after: (f32, f32)) {
     let (mut limit_squared, mut bend) = (after.0 * after.0, after.1);
     for sample in samples.iter_mut().rev() {
         limit_squared = (sample.limit * sample.limit).min(limit_squared);

@@ -11,7 +11,7 @@
 
 use super::components::{OnRoute, RouteId};
 use super::forks::{self, Next, Parting};
-use super::route_line::{self, Sample};
+use super::route_line;
 use super::turns::{about_y, left_of};
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
@@ -123,7 +123,7 @@ pub struct Route {
     /// Stops of vehicles, ascending.
     pub stops: Box<[Stop]>,
     /// Evenly spaced from beginning to end.
-    samples: Box<[Sample]>,
+    samples: Box<[Place]>,
     /// Plan that it was made from.
     pub plan: Box<RoutePlan>,
 }
@@ -217,7 +217,7 @@ impl Route {
 
     /// The nearest place to a point, among the samples that are as high up to 5 m: metres from the beginning.
     pub fn nearest(&self, point: DVec3) -> f64 {
-        let distance = |sample: &Sample| {
+        let distance = |sample: &Place| {
             let off = sample.position - point;
             off.x * off.x + off.z * off.z + (off.y.abs() - 5.0).max(0.0) * 1e3
         };
@@ -231,7 +231,7 @@ impl Route {
         self.stops.partition_point(|stop| f64::from(stop.at) <= at) as u16
     }
 
-    pub(super) fn samples(&self) -> &[Sample] {
+    pub(super) fn samples(&self) -> &[Place] {
         &self.samples
     }
 

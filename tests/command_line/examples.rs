@@ -37,9 +37,7 @@ fn colors_of(picture: &image::RgbImage) -> usize {
 }
 
 fn pictures_of(example: &str, names: &[&str]) {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     if run(example, folder.path()).is_none() {
         return;
@@ -107,9 +105,7 @@ fn own_format() {
 
 #[test]
 fn sensors() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let Some(said) = run("sensors", folder.path()) else { return };
     let steps: Vec<&str> = said.lines().filter_map(|line| line.split(':').next()).collect();

@@ -22,9 +22,7 @@ fn scene(step_seconds: f64) -> String {
 }
 
 fn scene_folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("scene.ron"), scene(1.0 / 60.0)).expect("a scene");
-    folder
+    common::scene_folder(&scene(1.0 / 60.0))
 }
 
 /// Renders a film of the scene into `out` and a name.
@@ -32,8 +30,7 @@ fn film(folder: &Path, frames: &str, name: &str) -> Output {
     let args = ["render", "scene.ron", "-o", "out", "--size", "65x37", "--resume", "--frames", frames, "--video", name];
     // What a validation layer says in builds for tests is not what is tested.
     let quiet = [("WGPU_VALIDATION", "0"), ("WGPU_DEBUG", "0")];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-    command.args(args).current_dir(folder).envs(quiet).output().expect("the binary runs")
+    common::command(&args, folder).envs(quiet).output().expect("the binary runs")
 }
 
 /// Names of unfinished files.
@@ -54,14 +51,13 @@ fn probe(film: &Path, fields: &str) -> Vec<String> {
 
 #[test]
 fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
-    let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
-    without.args(["render", "scene.ron", "-o", "out", "--frames", "3", "--size", "65x37", "--video", "film.mp4"]);
-    let output = without.current_dir(folder.path()).env("PATH", "").output();
-    let output = output.expect("the binary runs");
+    let without = |out: &str, name: &str| {
+        let args = ["render", "scene.ron", "-o", out, "--frames", "3", "--size", "65x37", "--video", name];
+        common::command(&args, folder.path()).env("PATH", "").output().expect("the binary runs")
+    };
+    let output = without("out", "film.mp4");
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stderr);
     assert!(said.contains("film.mp4") && said.contains("writing film.apng instead"), "{said}");
@@ -73,10 +69,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     assert!(frames.and_then(|decoder| decoder.is_apng()).expect("a PNG"));
     // A name that is none of a film is refused all the same.
     for name in ["film.xyz", "film.jpg", "film"] {
-        let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
-        without.args(["render", "scene.ron", "-o", "none", "--frames", "3", "--size", "65x37", "--video", name]);
-        let output = without.current_dir(folder.path()).env("PATH", "").output().expect("the binary runs");
-        assert_fails(&output, 2, &[name, "unsupported video format", ".mp4", "cannot run ffmpeg"]);
+        assert_fails(&without("none", name), 2, &[name, "unsupported video format", ".mp4", "cannot run ffmpeg"]);
         assert!(!folder.path().join("none").exists(), "said before rendering");
     }
 
@@ -124,19 +117,8 @@ fn a_film_has_the_colours_of_its_frames_and_says_in_which_space() {
         let (blue, red) = ((b - luma) / 1.8556, (r - luma) / 1.5748);
         let expected = [16.0 + 219.0 * luma, 128.0 + 224.0 * blue, 128.0 + 224.0 * red];
         let mut command = Command::new("ffmpeg");
-        command.args([
-            "-loglevel",
-            "error",
-            "-i",
-            name,
-            "-frames:v",
-            "1",
-            "-f",
-            "rawvideo",
-            "-pix_fmt",
-            "yuv420p",
-            "-",
-        ]);
+        command.args(["-loglevel", "error", "-i", name, "-frames:v", "1"]);
+        command.args(["-f", "rawvideo", "-pix_fmt", "yuv420p", "-"]);
         let planes = command.current_dir(folder.path()).output().expect("ffmpeg runs").stdout;
         // Even sides: 66 by 38.
         assert_eq!(planes.len(), 66 * 38 * 3 / 2);
@@ -191,9 +173,7 @@ fn a_film_lasts_as_long_as_its_steps() {
 
 #[test]
 fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     for name in ["taken.apng", "taken.mp4", "taken.gif"] {
         fs::create_dir(folder.path().join(name)).expect("a folder");
@@ -226,9 +206,7 @@ fn a_film_in_a_folder_of_others_is_refused_before_the_first_frame() {
     use std::os::unix::fs::PermissionsExt;
     let nobody = ["--reuid=65534", "--regid=65534", "--clear-groups"];
     let is_root = Command::new("setpriv").args(nobody).arg("true").output().is_ok_and(|output| output.status.success());
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     if !is_root {
         return common::skip("only root can become another user, with setpriv");
     }

@@ -29,8 +29,7 @@ struct Place(TempDir);
 
 impl Place {
     fn new() -> Self {
-        let place = Self(tempfile::tempdir().expect("a temporary folder"));
-        fs::write(place.path("scene.ron"), SCENE).expect("a scene");
+        let place = Self(common::scene_folder(SCENE));
         place.paint(4);
         let bumps = image::RgbImage::from_fn(16, 16, |x, _| image::Rgb([100 + x as u8 * 4, 128, 240]));
         bumps.save(place.path("bumps.png")).expect("a texture");
@@ -55,9 +54,9 @@ impl Place {
     }
 
     fn relief(&self, args: &[&str], losing_after: Option<u32>) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+        let mut command = common::command(args, self.0.path());
         // The validation layer of debug builds talks to the log.
-        command.args(args).args(["--no-cache"]).current_dir(self.0.path()).env("RUST_LOG", "off");
+        command.arg("--no-cache").env("RUST_LOG", "off");
         if let Some(checks) = losing_after {
             command.env("RELIEF_LOSE_DEVICE", checks.to_string());
         }
@@ -139,9 +138,7 @@ fn a_fault_outside_of_preparing_is_told() {
 
 #[test]
 fn rendering_ends_with_one_error_and_goes_on_when_resumed() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let place = Place::new();
     let render = |folder: &str, more: &[&str], losing_after| {
         let args = ["render", "scene.ron", "--frames", "6", "--size", "64x36", "-o", folder];

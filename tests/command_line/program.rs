@@ -1,9 +1,8 @@
 //! The binary as a user meets it: exit codes, messages, files, and the same frames every time.
 
-use crate::common::{self, assert_fails, text};
+use crate::common::{self, assert_fails, command, relief, succeeds, text};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 const SCENE: &str = r#"(
     materials: { "red": (base_factor: (0.8, 0.1, 0.1)), "glass": (base_factor: (0.2, 0.5, 0.9), base_alpha: 0.4, alpha_mode: blend) },
@@ -24,20 +23,8 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn relief(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relief"))
-        .args(args)
-        .current_dir(folder)
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .output()
-        .expect("the binary runs")
-}
-
 fn scene_folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
-    folder
+    common::scene_folder(SCENE)
 }
 
 /// Name and contents of every file in a folder.
@@ -54,9 +41,7 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 #[test]
 fn the_same_frames_bit_for_bit_on_two_runs_and_with_any_number_of_threads() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     // More lights with shadows than there are maps.
     let folder = scene_folder();
     let shadowed = SCENE.replace("point(", "point(shadows: true, ");
@@ -64,8 +49,7 @@ fn the_same_frames_bit_for_bit_on_two_runs_and_with_any_number_of_threads() {
     let render = |out: &str, threads: &str| {
         let args = ["render", "shadowed.ron", "-o", out, "--frames", "8..11", "--size", "96x54", "--threads", threads];
         let all = ["--outputs", "color,depth,normal,id"];
-        let output = relief(&[&args[..], &all].concat(), folder.path());
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeds(&[&args[..], &all].concat(), folder.path());
         contents(&folder.path().join(out))
     };
     let first = render("a", "1");
@@ -79,14 +63,11 @@ fn the_same_frames_bit_for_bit_on_two_runs_and_with_any_number_of_threads() {
 /// Depth, normal and id have one sample per pixel, whatever the picture has; they lie in one pass with it or another.
 #[test]
 fn outputs_are_the_same_for_one_sample_and_for_four() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     let render = |out: &str, samples: &str| {
         let args = ["render", "scene.ron", "-o", out, "--frames", "8..10", "--size", "96x54", "--samples", samples];
-        let output = relief(&[&args[..], &["--outputs", "color,id"]].concat(), folder.path());
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeds(&[&args[..], &["--outputs", "color,id"]].concat(), folder.path());
         contents(&folder.path().join(out))
     };
     let (one, four) = (render("one", "1"), render("four", "4"));
@@ -95,31 +76,28 @@ fn outputs_are_the_same_for_one_sample_and_for_four() {
     assert!(colors.len() == 2 && colors.iter().all(|(one, four)| one.1 != four.1), "pictures have other edges");
     assert!(others.len() == 3 && others.iter().all(|(one, four)| one == four), "ids and their names");
     let output = relief(&["render", "scene.ron", "-o", "two", "--samples", "2"], folder.path());
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("expected 1 or 4"), "{}", text(&output.stderr));
+    assert_fails(&output, 2, &["expected 1 or 4"]);
 }
 
 #[test]
 fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     let base = ["render", "scene.ron", "--frames", "4", "--size", "64x36", "-o"];
-    assert!(relief(&[&base[..], &["whole"]].concat(), folder.path()).status.success());
-    assert!(relief(&[&base[..], &["part"]].concat(), folder.path()).status.success());
+    for out in ["whole", "part"] {
+        succeeds(&[&base[..], &[out]].concat(), folder.path());
+    }
     let part = folder.path().join("part");
     fs::remove_file(part.join("color_00002.png")).expect("it was there");
     fs::write(part.join("color_00000.png"), b"").expect("an empty file");
     let cut = fs::read(part.join("color_00003.png")).expect("a frame");
     fs::write(part.join("color_00003.png"), &cut[..cut.len() - 20]).expect("a part of it");
     let kept = fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time");
-    let output = relief(&[&base[..], &["part", "--resume"]].concat(), folder.path());
-    assert!(output.status.success());
+    succeeds(&[&base[..], &["part", "--resume"]].concat(), folder.path());
     assert_eq!(contents(&part), contents(&folder.path().join("whole")));
     assert_eq!(fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time"), kept);
     let larger = ["render", "scene.ron", "--frames", "4", "--size", "80x45", "-o", "part", "--resume"];
-    assert!(relief(&larger, folder.path()).status.success());
+    succeeds(&larger, folder.path());
     for frame in 0..4 {
         let size = image::image_dimensions(part.join(format!("color_{frame:05}.png")));
         assert_eq!(size.expect("a picture"), (80, 45), "frame {frame}");
@@ -128,13 +106,10 @@ fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
 
 #[test]
 fn cameras_lights_and_techniques_change_the_picture() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     let picture = |args: &[&str]| {
-        let output = relief(&[&["render", "scene.ron", "-o", "out", "--size", "64x36"], args].concat(), folder.path());
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeds(&[&["render", "scene.ron", "-o", "out", "--size", "64x36"], args].concat(), folder.path());
         fs::read(folder.path().join("out/color_00000.png")).expect("a picture")
     };
     let plain = picture(&[]);
@@ -154,12 +129,9 @@ fn cameras_lights_and_techniques_change_the_picture() {
 
 #[test]
 fn no_display_renders_pictures_instead_and_says_so() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
-    let output = relief(&["scene.ron", "--size", "64x36"], folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeds(&["scene.ron", "--size", "64x36"], folder.path());
     assert!(text(&output.stderr).contains("no window"), "{}", text(&output.stderr));
     assert!(folder.path().join("relief-frames/color_00000.png").exists());
 }
@@ -221,9 +193,7 @@ fn numbers_with_commas_are_refused_with_what_was_expected() {
 #[test]
 #[cfg(target_os = "linux")]
 fn devices_and_folders_of_the_system_are_written_to_or_refused_and_stay() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     let run = |args: &[&str]| {
         let command = ["render", "scene.ron", "--size", "8x8"];
@@ -272,9 +242,7 @@ fn bad_scenes_exit_with_2_and_name_file_line_and_column() {
 
 #[test]
 fn a_folder_that_is_a_file_is_one_clear_error() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     fs::write(folder.path().join("taken"), "a file").expect("a file");
     assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 2, &["taken: not a directory"]);
@@ -282,12 +250,10 @@ fn a_folder_that_is_a_file_is_one_clear_error() {
 
 #[test]
 fn a_file_in_a_folder_that_is_not_there_is_refused_before_anything_is_drawn() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
-    let drawn = relief(&["render", "scene.ron", "-o", "other"], folder.path());
-    assert!(drawn.status.success() && folder.path().join("other/color_00000.png").exists());
+    succeeds(&["render", "scene.ron", "-o", "other"], folder.path());
+    assert!(folder.path().join("other/color_00000.png").exists());
     for option in ["--hash=nowhere/f", "--record=nowhere/f", "--save-snapshot=nowhere/f", "--video=nowhere/f.gif"] {
         let begun = if option.starts_with("--record") { "--hash=begun" } else { "--record=begun" };
         let output = relief(&["render", "scene.ron", "-o", "out", option, begun], folder.path());
@@ -303,8 +269,7 @@ fn results_that_cannot_be_printed_are_an_error_unless_nobody_reads_them() {
     let folder = scene_folder();
     image::GrayImage::new(4, 4).save(folder.path().join("heights.png")).expect("a map");
     let printing = |args: &[&str], to: std::process::Stdio| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-        command.args(args).current_dir(folder.path()).stdout(to).output().expect("the binary runs")
+        command(args, folder.path()).stdout(to).output().expect("the binary runs")
     };
     let check = ["check", "scene.ron", "nowhere.glb"];
     let map = ["map", "normal", "heights.png", "-o", "normal.png"];
@@ -331,9 +296,7 @@ fn results_that_cannot_be_printed_are_an_error_unless_nobody_reads_them() {
 fn no_adapter_exits_with_3_and_says_what_to_install() {
     let none = |args: &[&str]| {
         let folder = scene_folder();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-        command.args(args).current_dir(folder.path()).env("WGPU_ADAPTER_NAME", "no such adapter");
-        command.output().expect("the binary runs")
+        command(args, folder.path()).env("WGPU_ADAPTER_NAME", "no such adapter").output().expect("the binary runs")
     };
     assert_fails(&none(&["info"]), 3, &["no graphics adapter", "mesa-vulkan-drivers"]);
     assert_fails(&none(&["render", "scene.ron", "-o", "o"]), 3, &["mesa-vulkan-drivers"]);
@@ -345,9 +308,7 @@ fn no_adapter_exits_with_3_and_says_what_to_install() {
 fn headless_commands_ask_no_display() {
     use std::os::unix::net::UnixListener;
     use std::process::Stdio;
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     // Displays that would hear it: X11's display N listens at port 6000 + N, Wayland's at a file.
     let x11 = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -362,10 +323,10 @@ fn headless_commands_ask_no_display() {
     let cases: [&[&str]; 5] = [&["info"], &render, &lights, &shadows, &["check", "scene.ron"]];
     for args in cases {
         for environment in [&[][..], &display] {
-            let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+            let mut command = command(args, folder.path());
             // Which driver there is, and nothing else.
             let drivers = std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with("VK_"));
-            command.args(args).current_dir(folder.path()).env_clear().envs(drivers);
+            command.env_clear().envs(drivers);
             command.envs(environment.iter().map(|(name, value)| (name, value)));
             // What a validation layer says in builds for tests is not what is tested.
             command.env("WGPU_VALIDATION", "0").env("WGPU_DEBUG", "0");
@@ -411,9 +372,7 @@ fn links_that_lead_nowhere_are_refused_with_their_target() {
             [&["render", "scene.ron", "-o", "out", "--save-snapshot", name][..], &size].concat(),
         ]
     };
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for args in outputs("disk") {
         let missing = "disk: broken symbolic link: /nonexistent/disk does not exist";
         let output = relief(&args, folder.path());
@@ -429,145 +388,110 @@ fn links_that_lead_nowhere_are_refused_with_their_target() {
 
 #[test]
 fn info_names_the_adapter() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let output = relief(&["info"], Path::new("."));
-    assert!(output.status.success());
+    let Some(_) = common::gpu() else { return };
+    let output = succeeds(&["info"], Path::new("."));
     for needle in ["adapter", "driver", "largest texture"] {
         assert!(text(&output.stdout).contains(needle));
     }
 }
 
-#[test]
-fn lights_reports_errors_as_a_table_or_json_and_writes_pictures() {
-    if common::gpu().is_none() {
-        return;
+/// Runs a command that measures the scene, with small pictures, into a folder.
+#[track_caller]
+fn measure(command: &str, args: &[&str], folder: &Path) -> String {
+    text(&succeeds(&[&[command, "scene.ron", "--size", "64x36", "-o"], args].concat(), folder).stdout)
+}
+
+/// Error figures of a command as a table that holds `needles`, and as a line of JSON, which is returned; with pictures.
+/// All are the same for any number of threads.
+#[track_caller]
+fn assert_reports(command: &str, needles: &[&str], pictures: &[String], folder: &Path) -> serde_json::Value {
+    let table = measure(command, &["out"], folder);
+    let common = ["scene.ron: frame 0, 64x36, 41 lights", "mean      p99     FLIP", "pictures: out"];
+    for needle in common.iter().chain(needles) {
+        assert!(table.contains(needle), "{table}");
     }
-    let folder = scene_folder();
-    let run =
-        |args: &[&str]| relief(&[&["lights", "scene.ron", "--size", "64x36", "-o"], args].concat(), folder.path());
-    let table = run(&["out"]);
-    assert!(table.status.success(), "{}", text(&table.stderr));
-    for needle in [
-        "scene.ron: frame 0, 64x36, 41 lights",
-        "mean      p99     FLIP    seams",
-        "\ndefault",
-        "\nthree",
-        "\nenough",
-        "\nhard",
-        "pictures: out",
-    ] {
-        assert!(text(&table.stdout).contains(needle), "{}", text(&table.stdout));
-    }
-    let files = contents(&folder.path().join("out"));
+    let files = contents(&folder.join("out"));
     let names: Vec<_> = files.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();
-    let of_policies =
-        ["default", "enough", "hard", "three"].map(|name| [name.to_owned() + ".png", name.to_owned() + "_error.png"]);
-    assert_eq!(names, [vec!["all.png".to_owned()], of_policies.concat()].concat());
+    assert_eq!(names, pictures.iter().map(|name| format!("{name}.png")).collect::<Vec<_>>());
 
-    let first = run(&["out", "--json", "--threads", "1"]);
-    assert_eq!(text(&first.stdout).lines().count(), 1);
-    let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
-    assert!(json["hard"]["mean"].as_f64() > json["three"]["mean"].as_f64(), "{json}");
-    assert!(json["three"]["mean"].as_f64() > json["enough"]["mean"].as_f64(), "{json}");
-    assert_eq!(json["scene"], "scene.ron");
-    assert!(json["hard"]["seams"].is_f64() && json["seam_pairs"].is_u64(), "{json}");
-    assert_eq!((&json["frame"], &json["width"]), (&0.into(), &64.into()));
-    assert!(first.stdout == run(&["again", "--json", "--threads", "2"]).stdout, "any number of threads");
-    assert!(files == contents(&folder.path().join("again")), "the same pictures");
-
-    // What render writes, another frame, another camera.
-    let args = ["render", "scene.ron", "--size", "64x36", "--lights", "hard", "--frames", "5..6", "-o", "frames"];
-    assert!(relief(&args, folder.path()).status.success());
-    assert!(run(&["later", "--frame", "5"]).status.success());
-    let read = |name: &str| fs::read(folder.path().join(name)).expect("a picture");
-    assert!(read("later/hard.png") == read("frames/color_00005.png"));
-    assert!(run(&["above", "--camera", "above"]).status.success());
-    assert!(read("above/all.png") != read("out/all.png"));
+    let line = measure(command, &["out", "--json", "--threads", "1"], folder);
+    assert_eq!(line.lines().count(), 1);
+    assert!(line == measure(command, &["again", "--json", "--threads", "2"], folder), "any number of threads");
+    assert!(files == contents(&folder.join("again")), "the same pictures");
+    let json: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+    assert_eq!((&json["scene"], &json["frame"], &json["width"]), (&"scene.ron".into(), &0.into(), &64.into()));
+    json
 }
 
 #[test]
-fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
+fn lights_reports_errors_as_a_table_or_json_and_writes_pictures() {
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
-    let run = |args: &[&str]| relief(&[&["lights"], args, &["-o", "o"]].concat(), folder.path());
+    let needles = ["mean      p99     FLIP    seams", "\ndefault", "\nthree", "\nenough", "\nhard"];
+    let policies = ["default", "enough", "hard", "three"].map(|name| [name.to_owned(), format!("{name}_error")]);
+    let pictures = [vec!["all".to_owned()], policies.concat()].concat();
+    let json = assert_reports("lights", &needles, &pictures, folder.path());
+    assert!(json["hard"]["mean"].as_f64() > json["three"]["mean"].as_f64(), "{json}");
+    assert!(json["three"]["mean"].as_f64() > json["enough"]["mean"].as_f64(), "{json}");
+    assert!(json["hard"]["seams"].is_f64() && json["seam_pairs"].is_u64(), "{json}");
+
+    // What render writes, another frame, another camera.
+    let args = ["render", "scene.ron", "--size", "64x36", "--lights", "hard", "--frames", "5..6", "-o", "frames"];
+    succeeds(&args, folder.path());
+    measure("lights", &["later", "--frame", "5"], folder.path());
+    let read = |name: &str| fs::read(folder.path().join(name)).expect("a picture");
+    assert!(read("later/hard.png") == read("frames/color_00005.png"));
+    measure("lights", &["above", "--camera", "above"], folder.path());
+    assert!(read("above/all.png") != read("out/all.png"));
+}
+
+#[track_caller]
+fn assert_refuses_bad_input(command: &str) {
+    let folder = scene_folder();
+    let run = |args: &[&str]| relief(&[&[command], args, &["-o", "o"]].concat(), folder.path());
     assert_fails(&run(&["missing.ron"]), 2, &["missing.ron"]);
     assert_fails(&run(&["scene.ron", "--camera", "back"]), 2, &["unknown camera \"back\"", "front, above"]);
     assert_fails(&run(&["scene.ron", "--size", "9000x9000"]), 2, &["9000x9000", "at most 16777216 pixels"]);
     assert_fails(&run(&["scene.ron", "--frame", "-1"]), 2, &["'-1'"]);
     assert_fails(&run(&["scene.ron", "--technique", "nomral"]), 2, &["did you mean \"normal\"?"]);
-    assert_fails(&relief(&["lights", "scene.ron"], folder.path()), 2, &["--output"]);
+    assert_fails(&relief(&[command, "scene.ron"], folder.path()), 2, &["--output"]);
     assert!(!folder.path().join("o").exists(), "nothing is half-written");
     if common::gpu().is_some() {
         fs::write(folder.path().join("taken"), "a file").expect("a file");
-        let lights = relief(&["lights", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path());
-        assert_fails(&lights, 2, &["taken: not a directory"]);
+        let output = relief(&[command, "scene.ron", "--size", "8x8", "-o", "taken"], folder.path());
+        assert_fails(&output, 2, &["taken: not a directory"]);
     }
 }
 
 #[test]
-fn shadows_reports_errors_as_a_table_or_json_and_writes_pictures() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = scene_folder();
-    let run =
-        |args: &[&str]| relief(&[&["shadows", "scene.ron", "--size", "64x36", "-o"], args].concat(), folder.path());
-    let table = run(&["out"]);
-    assert!(table.status.success(), "{}", text(&table.stderr));
-    for needle in [
-        "scene.ron: frame 0, 64x36, 41 lights",
-        "of 9216 samples",
-        "mean      p99     FLIP",
-        "\nunshadowed",
-        "\nmaps ",
-        "\nperfect",
-        "pictures: out",
-    ] {
-        assert!(text(&table.stdout).contains(needle), "{}", text(&table.stdout));
-    }
-    let files = contents(&folder.path().join("out"));
-    let names: Vec<_> = files.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();
-    let pictures = ["maps", "maps_error", "perfect", "perfect_error", "truth", "unshadowed", "unshadowed_error"];
-    assert_eq!(names, pictures.map(|name| format!("{name}.png")));
+fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
+    assert_refuses_bad_input("lights");
+}
 
-    let first = run(&["out", "--json", "--threads", "1"]);
-    assert_eq!(text(&first.stdout).lines().count(), 1);
-    let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
+#[test]
+fn shadows_reports_errors_as_a_table_or_json_and_writes_pictures() {
+    let Some(_) = common::gpu() else { return };
+    let folder = scene_folder();
+    let needles = ["of 9216 samples", "\nunshadowed", "\nmaps ", "\nperfect"];
+    let pictures = ["maps", "maps_error", "perfect", "perfect_error", "truth", "unshadowed", "unshadowed_error"];
+    let json = assert_reports("shadows", &needles, &pictures.map(str::to_owned), folder.path());
     assert!(json["unshadowed"]["mean"].as_f64() > json["perfect"]["mean"].as_f64(), "{json}");
     assert!(json["perfect"]["p99"].is_f64() && json["unmet_samples"].is_u64(), "{json}");
-    assert_eq!((&json["scene"], &json["frame"], &json["width"]), (&"scene.ron".into(), &0.into(), &64.into()));
-    assert!(first.stdout == run(&["again", "--json", "--threads", "2"]).stdout, "any number of threads");
-    assert!(files == contents(&folder.path().join("again")), "the same pictures");
 
     let truth = |out: &str| fs::read(folder.path().join(out).join("truth.png")).expect("a picture");
-    assert!(run(&["later", "--frame", "5"]).status.success());
-    assert!(run(&["above", "--camera", "above"]).status.success());
+    measure("shadows", &["later", "--frame", "5"], folder.path());
+    measure("shadows", &["above", "--camera", "above"], folder.path());
     assert!(truth("later") != truth("out") && truth("above") != truth("out"));
 }
 
 #[test]
 fn shadows_with_bad_input_exits_with_2_and_writes_nothing() {
-    let folder = scene_folder();
-    let run = |args: &[&str]| relief(&[&["shadows"], args, &["-o", "o"]].concat(), folder.path());
-    assert_fails(&run(&["missing.ron"]), 2, &["missing.ron"]);
-    assert_fails(&run(&["scene.ron", "--camera", "back"]), 2, &["unknown camera \"back\"", "front, above"]);
-    assert_fails(&run(&["scene.ron", "--size", "9000x9000"]), 2, &["9000x9000", "at most 16777216 pixels"]);
-    assert_fails(&run(&["scene.ron", "--frame", "-1"]), 2, &["'-1'"]);
-    assert_fails(&relief(&["shadows", "scene.ron"], folder.path()), 2, &["--output"]);
-    assert!(!folder.path().join("o").exists(), "nothing is half-written");
-    if common::gpu().is_some() {
-        fs::write(folder.path().join("taken"), "a file").expect("a file");
-        let shadows = relief(&["shadows", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path());
-        assert_fails(&shadows, 2, &["taken: not a directory"]);
-    }
+    assert_refuses_bad_input("shadows");
 }
 
 #[test]
 fn textures_that_take_more_than_they_may_are_drawn_smaller_and_named() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder();
     let wall = image::RgbImage::from_fn(1024, 1024, |x, y| image::Rgb([(x / 4) as u8, (y / 4) as u8, 40]));
     wall.save(folder.path().join("wall.png")).expect("a texture");
@@ -575,12 +499,8 @@ fn textures_that_take_more_than_they_may_are_drawn_smaller_and_named() {
     fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
     let render = |out: &str, megabytes: &str| {
         let args = ["render", "scene.ron", "-o", out, "--size", "96x54", "--texture-memory", megabytes];
-        let output = relief(&args, folder.path());
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        (
-            text(&output.stderr),
-            image::open(folder.path().join(out).join("color_00000.png")).expect("a picture").to_rgb8(),
-        )
+        let said = text(&succeeds(&args, folder.path()).stderr);
+        (said, image::open(folder.path().join(out).join("color_00000.png")).expect("a picture").to_rgb8())
     };
     let (said, whole) = render("whole", "6");
     assert!(!said.contains("textures reduced"), "{said}");
@@ -633,5 +553,5 @@ fn no_output_takes_the_place_of_what_the_scene_is_made_from() {
         );
         assert!(contents(folder.path()) == before, "{args:?}");
     }
-    assert!(relief(&["render", "scene.ron", "-o", "out", "--size", "64x36"], folder.path()).status.success());
+    succeeds(&["render", "scene.ron", "-o", "out", "--size", "64x36"], folder.path());
 }

@@ -9,7 +9,7 @@ use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles,
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::lights::Light;
@@ -44,8 +44,7 @@ struct Place(TempDir);
 
 impl Place {
     fn new() -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+        let folder = common::scene_folder(SCENE);
         let red = image::RgbImage::from_pixel(4, 4, image::Rgb([200, 40, 30]));
         red.save(folder.path().join("red.png")).expect("a texture");
         Self(folder)
@@ -79,16 +78,12 @@ impl Place {
     }
 
     fn relief(&self, args: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-        command.args(args).current_dir(self.0.path()).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-        command.output().expect("the binary runs")
+        common::relief(args, self.0.path())
     }
 
     #[track_caller]
     fn succeeds(&self, args: &[&str]) -> String {
-        let output = self.relief(args);
-        assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
-        text(&output.stderr)
+        text(&common::succeeds(args, self.0.path()).stderr)
     }
 
     #[track_caller]
@@ -331,9 +326,7 @@ fn snapshots_that_are_damaged_or_cut_are_refused() {
 
 #[test]
 fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let place = Place::new();
     let size = ["--size", "48x27", "--no-cache"];
     let run = |args: &[&str]| place.succeeds(&[args, &size].concat());
@@ -366,9 +359,7 @@ fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
 
 #[test]
 fn a_thousand_steps_hash_the_same_for_any_number_of_threads() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let place = Place::new();
     let hashes = |threads: &str| {
         let args = ["render", "scene.ron", "-o", "o", "--frames", "1000..1001", "--size", "8x8", "--no-cache"];
@@ -483,9 +474,7 @@ fn nothing_that_a_run_reads_is_overwritten() {
 
 #[test]
 fn what_a_run_begins_from_stays_as_it_is() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let place = Place::new();
     let size = ["--size", "8x8"];
     let files = ["--frames", "4", "--record", "a.rec", "--save-snapshot", "a.snap"];

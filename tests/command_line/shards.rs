@@ -40,9 +40,7 @@ const SCENE: &str = r#"(
 
 #[track_caller]
 fn done(args: &[&str], folder: &Path) -> String {
-    let output = relief(args, folder);
-    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
-    text(&output.stdout)
+    text(&common::succeeds(args, folder).stdout)
 }
 
 #[track_caller]
@@ -65,9 +63,7 @@ fn assert_same(found: &Path, expected: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn shards_of_sensors_are_together_what_one_process_writes() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let home = scene_folder(SCENE);
     let folder = home.path();
     let has_ffmpeg = common::has_ffmpeg();
@@ -108,9 +104,7 @@ fn frames() -> (tempfile::TempDir, PathBuf) {
 
 #[test]
 fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_said() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let (_home, folder) = frames();
     let folder = folder.as_path();
     let merge = |more: &[&str]| relief(&[&["merge", "job", "-o", "merged"], more].concat(), folder);
@@ -162,9 +156,7 @@ fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_sa
 
 #[test]
 fn what_cannot_be_split_or_rendered_is_refused() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let home = scene_folder(SCENE);
     let folder = home.path();
     let split = |more: &[&str]| {

@@ -43,6 +43,12 @@ impl Place {
         command
     }
 
+    /// Replays `run.rec` without pictures, all of whose steps come out as recorded.
+    pub fn check_replay(&self) {
+        let replay = self.relief().args(["replay", "run.rec", "--check"]).output().expect("relief starts");
+        assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
+    }
+
     /// The picture of a frame, as `relief render` writes it.
     pub fn rendered(&self, frame: u64, options: &[&str]) -> RgbImage {
         let folder = tempfile::tempdir_in(self.path()).expect("a temporary folder");
@@ -132,6 +138,12 @@ impl<'a> App<'a> {
             assert!(answer.is_some() || ended.is_none(), "the program ended ({ended:?}) before {what}");
             answer
         })
+    }
+
+    /// Presses the key that ends it, and waits until it has ended well.
+    pub fn close(self) {
+        self.press(&["Escape"]);
+        assert_eq!(self.ends().code(), Some(0));
     }
 
     pub fn ends(self) -> ExitStatus {

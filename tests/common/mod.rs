@@ -1,9 +1,10 @@
-//! Helpers of several tests.
+//! Helpers of several tests, of which each program uses some.
+
+#![allow(dead_code)]
 
 use std::path::PathBuf;
 
 /// True if what is missing fails a test rather than skipping it.
-#[allow(dead_code)]
 pub fn strict() -> bool {
     std::env::var_os("RELIEF_STRICT").is_some_and(|v| v != "0")
 }
@@ -12,7 +13,6 @@ pub fn strict() -> bool {
 ///
 /// # Panics
 /// In strict mode.
-#[allow(dead_code)]
 #[track_caller]
 pub fn skip(why: &str) {
     assert!(!strict(), "{why}");
@@ -21,7 +21,6 @@ pub fn skip(why: &str) {
 
 /// Says why a test, or a part of it, is skipped, in strict mode, too: for what no installation changes, such as what an
 /// adapter is.
-#[allow(dead_code)]
 pub fn skip_always(why: &str) {
     use std::io::Write;
     // Not by a macro: what these print is shown of failed tests alone.
@@ -32,7 +31,6 @@ pub fn skip_always(why: &str) {
 ///
 /// # Panics
 /// In strict mode, where they are not.
-#[allow(dead_code)]
 #[track_caller]
 pub fn has_ffmpeg() -> bool {
     let runs = |tool| std::process::Command::new(tool).arg("-version").output().is_ok();
@@ -48,7 +46,6 @@ pub fn has_ffmpeg() -> bool {
 ///
 /// # Panics
 /// In strict mode, where there is none.
-#[allow(dead_code)]
 pub fn test_data() -> Option<PathBuf> {
     let folder = std::env::var_os("RELIEF_TEST_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
@@ -63,7 +60,6 @@ pub fn test_data() -> Option<PathBuf> {
 ///
 /// # Panics
 /// In strict mode, where there is none.
-#[allow(dead_code)]
 pub fn gpu() -> Option<relief::renderer::Gpu> {
     match relief::renderer::Gpu::headless() {
         Ok(gpu) => Some(gpu),
@@ -75,7 +71,6 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
 }
 
 /// No light but that of lamps and suns, and pictures that are what their linear colours are.
-#[allow(dead_code)]
 pub fn dark() -> systems::draw::Environment {
     systems::draw::Environment {
         ambient: glam::Vec3::ZERO,
@@ -88,13 +83,11 @@ pub fn dark() -> systems::draw::Environment {
 }
 
 /// Output of a program, as text.
-#[allow(dead_code)]
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// All files below a folder, by their paths in it.
-#[allow(dead_code)]
 pub fn files(folder: &std::path::Path) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
     let mut found = std::collections::BTreeMap::new();
     let mut open = vec![folder.to_owned()];
@@ -112,12 +105,19 @@ pub fn files(folder: &std::path::Path) -> std::collections::BTreeMap<PathBuf, Ve
     found
 }
 
+/// Names of all files and folders in a folder, sorted.
+pub fn names(folder: &std::path::Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder").flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
 /// Asserts the exit code of a program, and that its errors hold all needles.
 ///
 /// # Panics
 /// If they do not.
 #[track_caller]
-#[allow(dead_code)]
 pub fn assert_fails(output: &std::process::Output, code: i32, needles: &[&str]) {
     let error = text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{error}");
@@ -126,20 +126,27 @@ pub fn assert_fails(output: &std::process::Output, code: i32, needles: &[&str]) 
     }
 }
 
+/// Asserts that `relief check` refuses `scene.ron` of a folder, with these words.
+///
+/// # Panics
+/// If it does not.
+#[track_caller]
+pub fn assert_fails_to_check(folder: &std::path::Path, expected: &str) {
+    let output = relief(&["check", "scene.ron"], folder);
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(expected), "{expected} is not in: {said}");
+}
+
 /// Bump techniques.
-#[allow(dead_code)]
 pub mod bumps;
-#[allow(dead_code)]
 pub mod floor;
 
 /// A display for windows, and the program with a window on it.
-#[allow(dead_code)]
 pub mod app;
-#[allow(dead_code)]
 pub mod display;
 
 /// Pictures of one square.
-#[allow(dead_code)]
 pub mod square;
 
 /// Runs a script of `tests/python` that needs some modules; `None`, said aloud, where there is no Python that has them.
@@ -147,7 +154,6 @@ pub mod square;
 ///
 /// # Panics
 /// In strict mode, where there is none; where the script fails.
-#[allow(dead_code)]
 pub fn python(script: &str, modules: &[&str], args: &[&std::ffi::OsStr]) -> Option<std::process::Output> {
     use std::process::Command;
     let has_modules = |python: &PathBuf| {
@@ -167,15 +173,30 @@ pub fn python(script: &str, modules: &[&str], args: &[&std::ffi::OsStr]) -> Opti
     Some(output)
 }
 
-/// Runs `relief` with some arguments, in a folder.
-#[allow(dead_code)]
-pub fn relief(args: &[&str], folder: &std::path::Path) -> std::process::Output {
+/// Command `relief` with some arguments, in a folder and without a display.
+pub fn command(args: &[&str], folder: &std::path::Path) -> std::process::Command {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_relief"));
-    command.args(args).current_dir(folder).output().expect("the binary runs")
+    command.args(args).current_dir(folder).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    command
+}
+
+/// Runs `relief` with some arguments, in a folder.
+pub fn relief(args: &[&str], folder: &std::path::Path) -> std::process::Output {
+    command(args, folder).output().expect("the binary runs")
+}
+
+/// Runs `relief` as [`relief`] does, and returns the output of a success.
+///
+/// # Panics
+/// If it fails.
+#[track_caller]
+pub fn succeeds(args: &[&str], folder: &std::path::Path) -> std::process::Output {
+    let output = relief(args, folder);
+    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+    output
 }
 
 /// A folder with `scene.ron`.
-#[allow(dead_code)]
 pub fn scene_folder(scene: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("scene.ron"), scene).expect("written");
@@ -183,7 +204,6 @@ pub fn scene_folder(scene: &str) -> tempfile::TempDir {
 }
 
 /// A world without light, in which nothing moves.
-#[allow(dead_code)]
 pub fn dark_world() -> systems::Simulation {
     let mut simulation = systems::Simulation::new();
     simulation.world.insert_resource(dark());
@@ -191,7 +211,6 @@ pub fn dark_world() -> systems::Simulation {
 }
 
 /// A material of one colour, linear, seen from both sides.
-#[allow(dead_code)]
 pub fn unlit(simulation: &mut systems::Simulation, color: glam::Vec3) -> systems::assets::MaterialId {
     use systems::assets::{Library, Material, Shading};
     let mut library = simulation.world.resource_mut::<Library>();

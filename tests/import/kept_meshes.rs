@@ -6,7 +6,6 @@ use glam::{Vec2Swizzles, Vec4};
 use relief::import::cache::{Cache, Key};
 use relief::import::meshes::finish_meshes;
 use std::path::Path;
-use std::process::Command;
 use systems::assets::{Library, Mesh, MeshEntry, shapes};
 
 /// With both sets of UVs and with colours.
@@ -145,13 +144,8 @@ fn a_mesh_that_is_to_have_no_levels_has_none_and_small_ones_are_left_to_the_syst
 /// The picture of a model, rendered with a folder for the cache.
 fn picture(folder: &Path, out: &str, options: &[&str]) -> Option<Vec<u8>> {
     common::gpu()?;
-    let output = Command::new(env!("CARGO_BIN_EXE_relief"))
-        .args(["render", "torus.glb", "--size", "64x36", "-o", out])
-        .args(options)
-        .env("RELIEF_CACHE_DIR", folder.join("cache"))
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let args = [&["render", "torus.glb", "--size", "64x36", "-o", out], options].concat();
+    let output = common::command(&args, folder).env("RELIEF_CACHE_DIR", folder.join("cache")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(std::fs::read(folder.join(out).join("color_00000.png")).unwrap())
 }

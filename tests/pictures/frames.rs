@@ -59,6 +59,12 @@ impl Field {
         (self.headless.renderer.stats(), picture)
     }
 
+    /// Prepares the world's last frame; true if it is to be drawn.
+    fn prepare(&mut self, settings: &Settings) -> bool {
+        let view = relief::viewpoint::Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
+        self.simulation.with_frame(|frame| self.headless.renderer.prepare(frame, &view, settings)).expect("it fits")
+    }
+
     /// Objects in a picture that is large enough for each of them to cover a pixel.
     fn visible_counts(&mut self) -> u32 {
         self.headless.draw(&mut self.simulation, self.camera, (1280, 720)).expect("a picture");
@@ -119,11 +125,7 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
     for (first, height) in [(7, 20.0), (7, 3.0), (20, 5.0)] {
         move_some(&mut field, first, height);
         field.simulation.frame();
-        let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        field
-            .simulation
-            .with_frame(|frame| field.headless.renderer.prepare(frame, &view, &Settings::default()))
-            .expect("it fits");
+        field.prepare(&Settings::default());
     }
     for object in [20, 171] {
         field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
@@ -172,11 +174,7 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
         let (_, seen) = field.draw();
         if frame == 1 || frame == 4 {
             std::mem::swap(&mut late, &mut field.headless.renderer);
-            let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-            field
-                .simulation
-                .with_frame(|frame| field.headless.renderer.prepare(frame, &view, &Settings::default()))
-                .expect("it fits");
+            field.prepare(&Settings::default());
             assert!(field.headless.renderer.draw_picture() == seen, "frame {frame}");
             std::mem::swap(&mut late, &mut field.headless.renderer);
         }
@@ -187,14 +185,10 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
 fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     let Some(mut field) = Field::new(40) else { return };
     let (_, drawn) = field.draw();
-    let prepare = |field: &mut Field, settings: &Settings| {
-        field.simulation.frame();
-        let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        field.simulation.with_frame(|frame| field.headless.renderer.prepare(frame, &view, settings)).expect("it fits")
-    };
     // What differs is drawn then.
     let prepare = |field: &mut Field, settings: &Settings| {
-        let differs = prepare(field, settings);
+        field.simulation.frame();
+        let differs = field.prepare(settings);
         differs.then(|| field.headless.renderer.draw_picture());
         differs
     };
@@ -232,13 +226,7 @@ fn what_was_prepared_and_not_drawn_is_still_to_be_drawn() {
     field.simulation.world.get_mut::<Transform>(field.objects[3]).expect("a place").translation.y = 20.0;
     for _ in 0..2 {
         field.simulation.frame();
-        let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        assert!(
-            field
-                .simulation
-                .with_frame(|frame| field.headless.renderer.prepare(frame, &view, &Settings::default()))
-                .expect("it fits")
-        );
+        assert!(field.prepare(&Settings::default()));
     }
 }
 

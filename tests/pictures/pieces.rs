@@ -347,9 +347,7 @@ fn a_model_as_a_scene_comes_in_pieces_where_it_has_many_lights() {
 
 #[test]
 fn ids_and_their_names_are_the_objects() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = folder();
     let text = format!(
         r#"(meshes: {{ "floor": plane(size: (20, 20)) }},

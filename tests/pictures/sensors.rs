@@ -272,9 +272,7 @@ fn a_cameras_bits_depend_on_nothing_that_is_captured_beside_it() {
 
 #[test]
 fn colour_is_the_picture_that_a_camera_of_the_scene_has() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let mut simulation = street(random, 40);
     let mut headless = Headless::new().expect("there is an adapter");

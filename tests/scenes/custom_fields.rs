@@ -109,7 +109,7 @@ fn values_are_on_the_entities_of_the_file() {
 
 /// Without the path.
 fn problems(folder: &Folder, text: &str) -> Vec<String> {
-    folder.problems_in(simulation, text)
+    folder.problems_in(simulation, "scene.ron", text)
 }
 
 #[test]

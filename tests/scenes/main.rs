@@ -77,12 +77,12 @@ impl Folder {
 
     /// Everything wrong with a scene, without the path.
     fn problems(&self, text: &str) -> Vec<String> {
-        self.problems_in(Simulation::new, text)
+        self.problems_in(Simulation::new, "scene.ron", text)
     }
 
-    /// Problems for a program with fields of its own.
-    fn problems_in(&self, simulation: fn() -> Simulation, text: &str) -> Vec<String> {
-        let path = self.file("scene.ron", text);
+    /// Problems of a file, for a program with fields of its own.
+    fn problems_in(&self, simulation: fn() -> Simulation, name: &str, text: &str) -> Vec<String> {
+        let path = self.file(name, text);
         let start = format!("{}:", path.display());
         let folder = format!("{}/", self.0.path().display());
         let texts = scene::check(&path, simulation).into_iter().map(|p| p.to_string());

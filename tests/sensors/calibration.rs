@@ -1,6 +1,6 @@
 //! Calibrations of cameras by OpenCV, from pictures of a chessboard, agree with `sensors.json`.
 
-use crate::common::{self, relief, scene_folder, text};
+use crate::common::{self, scene_folder, succeeds, text};
 use glam::{DVec3, dvec2};
 use image::{GrayImage, Luma};
 use std::f64::consts::TAU;
@@ -44,14 +44,11 @@ fn board() -> GrayImage {
 
 #[track_caller]
 fn is_found(lens: &str, poses: (f64, f64)) {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(&scene(lens, poses));
     board().save(folder.path().join("board.png")).expect("a texture");
     let args = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--frames", "1", "--format", "png"];
-    let output = relief(&args, folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeds(&args, folder.path());
     let out = folder.path().join("out");
     let Some(said) = common::python("calibration.py", &["cv2", "numpy"], &[out.as_os_str()]) else { return };
     // So that nothing passes for want of being seen.

@@ -74,6 +74,11 @@ fn captured(simulation: &mut Simulation, cameras: &[CameraSensor]) -> Option<Res
     Some(capture)
 }
 
+/// Capture that nothing is wrong with.
+fn seen(simulation: &mut Simulation, cameras: &[CameraSensor]) -> Option<Capture> {
+    Some(captured(simulation, cameras)?.expect("captured"))
+}
+
 fn of(capture: &Capture, camera: usize) -> &CameraCapture {
     capture.sensors[camera].camera().expect("a camera")
 }
@@ -158,8 +163,7 @@ fn balls_are_seen_where_opencv_has_them() {
                 let at = Transform::from_translation(placed(*center)).with_scale(Vec3::splat(radius as f32));
                 simulation.world.spawn((ball, white, at));
             }
-            let Some(capture) = captured(&mut simulation, std::slice::from_ref(camera)) else { return };
-            let capture = capture.expect("captured");
+            let Some(capture) = seen(&mut simulation, std::slice::from_ref(camera)) else { return };
             let linear = &of(&capture, 0).linear;
             for (pixel, (sum, weight)) in pixels.iter().zip(&mut lit) {
                 for (v, u) in (-9..=9).flat_map(|v| (-9..=9).map(move |u| (v, u))) {
@@ -198,8 +202,7 @@ fn depth_range_and_normals_of_planes_are_those_of_their_equations() {
     for angle in [0.0_f32, 0.4] {
         let mut simulation = dark_world();
         tilted_plane(&mut simulation, angle, 100.0);
-        let Some(capture) = captured(&mut simulation, &cameras) else { return };
-        let capture = capture.expect("captured");
+        let Some(capture) = seen(&mut simulation, &cameras) else { return };
         let (sin, cos) = f64::from(angle).sin_cos();
         let normal = DVec3::new(0.0, -sin, -cos);
         for (i, camera) in cameras.iter().enumerate() {
@@ -276,8 +279,7 @@ fn a_lens_that_does_not_bend_has_the_picture_of_a_pinhole() {
     let mut simulation = Simulation::new();
     crowd(&mut simulation);
     let cameras = [camera(Lens::Pinhole(INTRINSICS)), bent([0.0; 8])];
-    let Some(capture) = captured(&mut simulation, &cameras) else { return };
-    let capture = capture.expect("captured");
+    let Some(capture) = seen(&mut simulation, &cameras) else { return };
     let (plain, zero) = (of(&capture, 0), of(&capture, 1));
     let mut edges = 0;
     for (v, u) in (0..SIZE.1 as usize).flat_map(|v| (0..SIZE.0 as usize).map(move |u| (v, u))) {
@@ -306,8 +308,7 @@ fn straight_lines_bend_by_the_formula() {
     let white = unlit(&mut simulation, Vec3::ONE);
     let upright = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
     simulation.world.spawn((plane, white, Transform::from_xyz(0.0, 5.0 + 10.0, -10.0).with_rotation(upright)));
-    let Some(capture) = captured(&mut simulation, std::slice::from_ref(&lens)) else { return };
-    let capture = capture.expect("captured");
+    let Some(capture) = seen(&mut simulation, std::slice::from_ref(&lens)) else { return };
     let linear = &of(&capture, 0).linear;
     let mut rows = Vec::new();
     for u in (10..SIZE.0).step_by(20) {
@@ -346,7 +347,7 @@ fn bits_depend_on_nothing_that_is_captured_beside() {
     let Some(all) = captured(&mut simulation, &cameras) else { return };
     let all = all.expect("captured");
     for (i, camera) in cameras.iter().enumerate() {
-        let alone = captured(&mut simulation, std::slice::from_ref(camera)).expect("an adapter").expect("captured");
+        let alone = seen(&mut simulation, std::slice::from_ref(camera)).expect("an adapter");
         assert!(of(&alone, 0) == of(&all, i), "{:?}", camera.lens);
     }
 }
@@ -358,8 +359,7 @@ fn the_tone_map_is_that_of_pictures() {
         simulation.world.insert_resource(Environment { tone_map, exposure: 1.3, ..Environment::default() });
         crowd(&mut simulation);
         let camera = CameraSensor { samples: 1, ..camera(Lens::Pinhole(INTRINSICS)) };
-        let Some(capture) = captured(&mut simulation, &[camera]) else { return };
-        let capture = capture.expect("captured");
+        let Some(capture) = seen(&mut simulation, &[camera]) else { return };
         let found = of(&capture, 0);
         let mut shades = std::collections::BTreeSet::new();
         for (color, linear) in found.color.iter().zip(&found.linear) {
@@ -370,7 +370,7 @@ fn the_tone_map_is_that_of_pictures() {
         }
         assert!(shades.len() > 300, "{}", shades.len());
         // And it is what a lens that bends shows of its own linear colours, to the bit.
-        let bent = captured(&mut simulation, &lenses()[..1]).expect("an adapter").expect("captured");
+        let bent = seen(&mut simulation, &lenses()[..1]).expect("an adapter");
         let bent = of(&bent, 0);
         let expected = bent.linear.iter().map(|linear| tone_map.encoded(linear.map(half::f16::to_f32)));
         assert!(bent.color.iter().copied().eq(expected), "{name}");

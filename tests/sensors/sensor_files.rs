@@ -1,9 +1,8 @@
 //! `relief render --sensors`: the files of a data set, read by others' programs, resumed, and refused.
 
-use crate::common::{self, assert_fails, files, relief, scene_folder, text};
+use crate::common::{self, assert_fails, assert_fails_to_check, files, relief, scene_folder, succeeds};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
 
 /// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
 const SCENE: &str = r#"(
@@ -27,34 +26,26 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-#[track_caller]
-fn done(output: &Output) -> String {
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
-}
-
 const ALL: [&str; 7] = ["render", "scene.ron", "--sensors", "all", "--format", "png,npy,npz,exr", "-o"];
 
 #[test]
 fn a_data_set_is_read_by_others_and_is_the_same_each_time() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
-    done(&relief(&[&ALL[..], &["whole", "--frames", "7"]].concat(), folder.path()));
+    succeeds(&[&ALL[..], &["whole", "--frames", "7"]].concat(), folder.path());
     let whole = folder.path().join("whole");
     let modules = ["cv2", "numpy", "OpenEXR"];
     common::python("sensor_files.py", &modules, &[whole.as_os_str()]);
     let expected = files(&whole);
     let run = |threads: &str| {
-        done(&relief(&[&ALL[..], &["again", "--frames", "7", "--threads", threads]].concat(), folder.path()));
+        succeeds(&[&ALL[..], &["again", "--frames", "7", "--threads", threads]].concat(), folder.path());
         let again = files(&folder.path().join("again"));
         fs::remove_dir_all(folder.path().join("again")).expect("removed");
         again
     };
     assert!(run("1") == expected && run("3") == expected);
     // A part of the run, by itself: what is captured then is what the whole run captures then.
-    done(&relief(&[&ALL[..], &["part", "--frames", "5..7"]].concat(), folder.path()));
+    succeeds(&[&ALL[..], &["part", "--frames", "5..7"]].concat(), folder.path());
     let part = files(&folder.path().join("part"));
     assert!(part.len() > 15);
     let described = [Path::new("sensors.json"), Path::new("manifest.json")];
@@ -65,12 +56,10 @@ fn a_data_set_is_read_by_others_and_is_the_same_each_time() {
 
 #[test]
 fn an_interrupted_run_is_resumed_by_what_is_missing() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
     let run = [&ALL[..], &["out", "--frames", "5", "--resume"]].concat();
-    done(&relief(&run, folder.path()));
+    succeeds(&run, folder.path());
     let out = folder.path().join("out");
     let expected = files(&out);
     let [gone, cut, flow] =
@@ -81,7 +70,7 @@ fn an_interrupted_run_is_resumed_by_what_is_missing() {
     fs::write(&cut, &expected[Path::new("front/color_00004.png")][..100]).expect("written");
     let written_at = |path: &Path| fs::metadata(path).and_then(|found| found.modified()).expect("a time");
     let before = written_at(&stays);
-    done(&relief(&run, folder.path()));
+    succeeds(&run, folder.path());
     assert!(files(&out) == expected);
     assert_eq!(written_at(&stays), before);
 }
@@ -90,9 +79,7 @@ fn an_interrupted_run_is_resumed_by_what_is_missing() {
 /// already, or before the first frame.
 #[test]
 fn boxes_alone_are_the_same_in_a_part_of_a_run_and_where_it_is_resumed() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let scene = r#"(
         meshes: { "box": cube(size: (1.8, 1.5, 4)) },
         entities: [
@@ -105,7 +92,7 @@ fn boxes_alone_are_the_same_in_a_part_of_a_run_and_where_it_is_resumed() {
     let folder = scene_folder(scene);
     let run = |out: &str, frames: &str, more: &[&str]| {
         let args = ["render", "scene.ron", "--sensors", "all", "--format", "npy", "-o", out, "--frames", frames];
-        done(&relief(&[&args[..], more].concat(), folder.path()));
+        succeeds(&[&args[..], more].concat(), folder.path());
         files(&folder.path().join(out))
     };
     let whole = run("whole", "7", &[]);
@@ -120,9 +107,7 @@ fn boxes_alone_are_the_same_in_a_part_of_a_run_and_where_it_is_resumed() {
 
 #[test]
 fn what_cannot_be_captured_is_refused_before_anything_is_written() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
     let refused = |args: &[&str], needles: &[&str]| {
         assert_fails(&relief(&[&["render", "scene.ron", "-o", "out"], args].concat(), folder.path()), 2, needles);
@@ -144,9 +129,7 @@ fn what_cannot_be_captured_is_refused_before_anything_is_written() {
 
 #[test]
 fn no_name_of_a_sensor_leads_elsewhere() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let long = "n".repeat(300);
     for name in ["../evil", "..", "/evil", "a/../../evil", ".", "", "sensors.json", "a//b", "a:b", "tab\\tname", &long]
     {
@@ -211,12 +194,4 @@ fn faults_of_sensors_name_their_place() {
     let classes = scene_folder("(classes: { \"a\": (id: 1), \"b\": (id: 1), \"c\": (id: 0) })");
     assert_fails_to_check(classes.path(), "duplicate id 1: class \"a\" has it");
     assert_fails_to_check(classes.path(), "id: expected a whole number from 1 to 255, found 0");
-}
-
-#[track_caller]
-fn assert_fails_to_check(folder: &Path, expected: &str) {
-    let output = relief(&["check", "scene.ron"], folder);
-    let said = text(&output.stdout) + &text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains(expected), "{expected} is not in: {said}");
 }

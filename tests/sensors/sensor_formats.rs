@@ -1,6 +1,6 @@
 //! `relief render --sensors --format coco,kitti,video` as others read it, and what it refuses.
 
-use crate::common::{self, assert_fails, files, relief, scene_folder, text};
+use crate::common::{self, assert_fails, files, scene_folder, succeeds, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,15 +35,12 @@ const SCENE: &str = r#"(
 #[track_caller]
 fn render(folder: &Path, formats: &str, more: &[&str]) {
     let args = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--frames", "5", "--format", formats];
-    let output = relief(&[&args[..], more].concat(), folder);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeds(&[&args[..], more].concat(), folder);
 }
 
 #[test]
 fn others_read_the_labels_of_coco_and_the_folders_of_kitti() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
     render(folder.path(), "npy,coco,kitti", &[]);
     let out = folder.path().join("out");
@@ -55,9 +52,7 @@ fn others_read_the_labels_of_coco_and_the_folders_of_kitti() {
 
 #[test]
 fn what_is_made_of_a_whole_run_is_the_same_where_it_is_resumed() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
     let out = folder.path().join("out");
     render(folder.path(), "png,npy,coco,kitti", &[]);
@@ -80,9 +75,7 @@ fn what_is_made_of_a_whole_run_is_the_same_where_it_is_resumed() {
 /// Between the scans of its lidar, too: a camera that looks ahead, and a lidar beside it, on what turns.
 #[test]
 fn the_calibration_of_kitti_stays_where_its_lidar_is_due_less_often() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let scene = r#"(
         meshes: { "ground": plane(size: (200, 200)) },
         entities: [
@@ -97,8 +90,7 @@ fn the_calibration_of_kitti_stays_where_its_lidar_is_due_less_often() {
     )"#;
     let folder = scene_folder(scene);
     let args = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--format", "kitti", "--frames", "2..9"];
-    let output = relief(&args, folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeds(&args, folder.path());
     let home = folder.path().join("out/ego/front/kitti");
     // Both are due after 4 steps alone.
     assert!(
@@ -149,21 +141,16 @@ fn each_output_of_a_camera_is_a_film_of_its_captures() {
 
 #[test]
 fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
+    let run = |args: &[&str], path: &std::ffi::OsStr| {
+        let args = [&["render", "scene.ron", "-o", "out"], args].concat();
+        common::command(&args, folder.path()).env("PATH", path).output().expect("the binary runs")
+    };
     // Whatever programs are there, or none.
     let refused = |args: &[&str], needles: &[&str]| {
         for path in [std::env::var_os("PATH").unwrap_or_default(), folder.path().into()] {
-            let output = Command::new(env!("CARGO_BIN_EXE_relief"))
-                .args(["render", "scene.ron", "-o", "out"])
-                .args(args)
-                .current_dir(folder.path())
-                .env("PATH", &path)
-                .output()
-                .expect("the binary runs");
-            assert_fails(&output, 2, needles);
+            assert_fails(&run(args, &path), 2, needles);
             assert!(!folder.path().join("out").exists(), "{args:?}");
         }
     };
@@ -185,12 +172,7 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
         );
     }
     fs::write(folder.path().join("scene.ron"), SCENE).expect("written");
-    let output = Command::new(env!("CARGO_BIN_EXE_relief"))
-        .args(["render", "scene.ron", "-o", "out", "--sensors", "ego/rear", "--format", "video"])
-        .current_dir(folder.path())
-        .env("PATH", folder.path())
-        .output()
-        .expect("the binary runs");
+    let output = run(&["--sensors", "ego/rear", "--format", "video"], folder.path().as_os_str());
     assert_fails(&output, 2, &["cannot run ffmpeg, which encodes videos", "apt-get install ffmpeg"]);
     assert!(!folder.path().join("out").exists());
 }

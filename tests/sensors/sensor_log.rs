@@ -57,9 +57,7 @@ fn render(job: &SensorJob) -> Vec<PathBuf> {
 
 #[test]
 fn others_read_the_log_of_a_run() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let home = tempfile::tempdir().expect("a temporary folder");
     let job = job(SCENE, home.path(), "run", &[FileFormat::NPY, FileFormat::MCAP]);
     let written = render(&job);
@@ -105,9 +103,7 @@ fn others_read_the_log_of_a_run() {
 
 #[test]
 fn a_run_has_the_same_log_twice_and_leaves_no_other_file_of_it() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let home = tempfile::tempdir().expect("a temporary folder");
     let mut job = job(SCENE, home.path(), "run", &[FileFormat::MCAP]);
     render(&job);
@@ -132,9 +128,7 @@ fn a_run_has_the_same_log_twice_and_leaves_no_other_file_of_it() {
 
 #[test]
 fn what_a_log_has_no_place_for_is_refused() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let home = tempfile::tempdir().expect("a temporary folder");
     let eye = |name: &str, outputs: &str| {
         format!("(name: \"{name}\", sensor: camera(size: (4, 4), samples: 1, outputs: [{outputs}]))")

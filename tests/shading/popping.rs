@@ -12,7 +12,7 @@
 use crate::common;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3, Vec4};
-use relief::renderer::{Gpu, PICTURE_FORMAT, Settings, SingleView};
+use relief::renderer::{PICTURE_FORMAT, Settings, SingleView, picture_texture};
 use relief::tools::compare::luminance;
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
@@ -80,21 +80,6 @@ struct Found {
     places: usize,
 }
 
-fn picture_target(gpu: &Gpu) -> wgpu::TextureView {
-    let side = SIZE as u32;
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("unread"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: PICTURE_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
 /// A normal map of four by four waves.
 fn waves() -> Image {
     let side = 64;
@@ -126,7 +111,7 @@ impl Drive {
         let camera = simulation.world.spawn((Camera::default(), eye)).id();
         let row = simulation.world.spawn(Transform::default()).id();
         simulation.world.spawn_batch(lamps.into_iter().map(move |lamp| (lamp, ChildOf(row))).collect::<Vec<_>>());
-        let target = picture_target(&gpu);
+        let target = picture_texture(&gpu, (SIZE as u32, SIZE as u32)).create_view(&Default::default());
         Some(Self { simulation, renderer: SingleView::new(&gpu), target, object, camera, row })
     }
 

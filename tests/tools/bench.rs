@@ -9,7 +9,7 @@ use relief::viewpoint::Viewpoint;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use systems::assets::MeshId;
 
 const SMALL: [&str; 7] =
@@ -23,23 +23,20 @@ fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
 }
 
 fn bench(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relief"))
-        .arg("bench")
-        .args(args)
-        .current_dir(folder)
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .output()
-        .expect("the binary runs")
+    common::relief(&[&["bench"], args].concat(), folder)
+}
+
+/// Output of a benchmark that succeeds.
+#[track_caller]
+fn done(args: &[&str], folder: &Path) -> Output {
+    common::succeeds(&[&["bench"], args].concat(), folder)
 }
 
 /// The figures of a small scene, with further arguments.
 #[track_caller]
 fn figures(more: &[&str]) -> Value {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = bench(&[small(more), vec!["--json"]].concat(), folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let line = text(&output.stdout);
+    let line = text(&done(&[small(more), vec!["--json"]].concat(), folder.path()).stdout);
     assert_eq!(line.trim_end().lines().count(), 1, "{line}");
     serde_json::from_str(&line).expect("JSON")
 }
@@ -60,9 +57,7 @@ fn refusal(output: &Output, code: i32) -> String {
 
 #[test]
 fn a_line_has_every_figure_and_all_are_plausible() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let still = figures(&[]);
     let echoed =
         [("objects", 60.0), ("lights", 5.0), ("moving", 0.0), ("frames", 4.0), ("samples", 4.0), ("threads", 2.0)];
@@ -119,9 +114,7 @@ fn a_line_has_every_figure_and_all_are_plausible() {
 
 #[test]
 fn what_moves_is_uploaded() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let all = number(&figures(&["--moving=1"]), "upload_bytes_median");
     let record = size_of::<systems::draw::InstanceRecord>() as f64;
     assert!(all >= 60.0 * record, "{all} bytes for 60 records of {record}");
@@ -131,9 +124,7 @@ fn what_moves_is_uploaded() {
 
 #[test]
 fn other_meshes_are_drawn_as_often() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let sphere = figures(&["--mesh=sphere", "--floor"]);
     assert!(number(&sphere, "floor_ms_median") > 0.0);
     assert_eq!(number(&sphere, "drawn_objects"), 60.0);
@@ -149,14 +140,11 @@ fn other_meshes_are_drawn_as_often() {
 
 #[test]
 fn the_same_arguments_give_the_same_picture() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let picture = |name: &str, more: &[&str]| {
         let file = format!("--picture={name}.png");
-        let output = bench(&[small(&["--size=160x90", &file]), more.to_vec()].concat(), folder.path());
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        done(&[small(&["--size=160x90", &file]), more.to_vec()].concat(), folder.path());
         image::open(folder.path().join(format!("{name}.png"))).expect("a picture").into_rgb8()
     };
     let first = picture("first", &["--moving=0.5"]);
@@ -168,23 +156,15 @@ fn the_same_arguments_give_the_same_picture() {
 /// Measured pictures are those that other commands draw, by default.
 #[test]
 fn a_scene_is_drawn_as_render_draws_it() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/shapes.ron");
     let size = "--size=160x90";
     let measured = ["--scene", scene, size, "--warm-up=1", "--frames=2", "--seconds=60", "--picture=bench.png"];
-    let output = bench(&measured, folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    done(&measured, folder.path());
     // A step before each frame: of one to warm up and two that are measured, the last is number 3.
-    let output = Command::new(env!("CARGO_BIN_EXE_relief"))
-        .args(["render", scene, size, "--frames=3..4", "--output=frames"])
-        .current_dir(folder.path())
-        .output()
-        .expect("the binary runs");
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let rendered = text(&output.stdout);
+    let render = ["render", scene, size, "--frames=3..4", "--output=frames"];
+    let rendered = text(&common::succeeds(&render, folder.path()).stdout);
     let [measured, rendered] = ["bench.png", rendered.trim()]
         .map(|file| image::open(folder.path().join(file)).expect("a picture").into_rgb8());
     assert!(measured == rendered, "the pictures differ");
@@ -192,12 +172,9 @@ fn a_scene_is_drawn_as_render_draws_it() {
 
 #[test]
 fn a_trace_shows_frames_systems_and_passes() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = bench(&small(&["--trace=t.json"]), folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    done(&small(&["--trace=t.json"]), folder.path());
     let trace: Value = serde_json::from_slice(&fs::read(folder.path().join("t.json")).expect("a trace")).expect("JSON");
     let events = trace["traceEvents"].as_array().expect("events");
     let of = |category: &str| -> Vec<&Value> { events.iter().filter(|event| event["cat"] == category).collect() };
@@ -219,25 +196,14 @@ fn a_trace_shows_frames_systems_and_passes() {
 
 #[test]
 fn a_suite_writes_everything_and_compares() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let suite =
         ["--suite", "--quick", "--objects=50", "--lights=4", "--size=32x18", "--frames=2", "--warm-up=1", "-o", "out"];
-    let output = bench(&suite, folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let names = |folder: &Path| -> Vec<String> {
-        let mut names: Vec<_> = fs::read_dir(folder)
-            .expect("a folder")
-            .flatten()
-            .map(|e| e.file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    };
+    done(&suite, folder.path());
     let out = folder.path().join("out");
-    assert_eq!(names(&out), ["lights.svg", "moving.svg", "objects.svg", "report.md", "results.jsonl"]);
+    let names = ["lights.svg", "moving.svg", "objects.svg", "report.md", "results.jsonl"];
+    assert_eq!(common::names(&out), names);
     let lines = fs::read_to_string(out.join("results.jsonl")).expect("results");
     let results: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     let has = |field: &str, value: Value| results.iter().any(|result| result[field] == value);
@@ -255,12 +221,11 @@ fn a_suite_writes_everything_and_compares() {
     }
     let faster: String = faster.iter().map(|result| format!("{result}\n")).collect();
     fs::write(folder.path().join("faster.jsonl"), faster).expect("a file");
-    let output = bench(&[&suite, ["--compare=faster.jsonl"].as_slice()].concat(), folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let output = done(&[&suite, ["--compare=faster.jsonl"].as_slice()].concat(), folder.path());
     assert_eq!(text(&output.stderr).matches(": frame ").count(), results.len());
     let report = fs::read_to_string(out.join("report.md")).expect("a report");
     assert!(report.contains("## Compared with faster.jsonl") && report.contains("**slower**"), "{report}");
-    assert_eq!(names(&out).len(), 5);
+    assert_eq!(common::names(&out), names);
     // What is compared with is not lost.
     let before = fs::read(out.join("results.jsonl")).expect("results");
     let error = refusal(&bench(&[&suite, ["--compare=./out/results.jsonl"].as_slice()].concat(), folder.path()), 2);
@@ -295,9 +260,7 @@ fn bad_arguments_are_refused_in_a_line() {
 
 #[test]
 fn bad_files_are_refused_before_anything_is_measured() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("broken.glb"), b"no model").expect("a file");
     fs::write(folder.path().join("words.jsonl"), b"not JSON\n").expect("a file");
@@ -359,9 +322,7 @@ fn the_views_hold_all_and_about_a_sixth() {
 
 #[test]
 fn pass_times_come_late_and_nobody_needs_to_take_them() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let gpu = Gpu::headless_with(wgpu::Features::TIMESTAMP_QUERY).expect("an adapter");
     let mut yard = Grid::new(&plan(20, GridView::Wide)).expect("a yard");
     let mut renderer = SingleView::new(&gpu);

@@ -1,26 +1,31 @@
 //! `relief compare`: what must hold between techniques and real geometry, on height maps small enough for any
 //! rasteriser.
 
-use crate::common;
+use crate::common::{self, assert_fails};
 use image::{ImageBuffer, Luma, Rgb, RgbImage};
 use relief::tools::technique_error::{BaseMesh, CompareJob, Report, Row, measure};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use systems::assets::Technique;
 
 const TEXELS: u32 = 64;
 
+/// A folder with a height map.
+fn heights_folder(of: impl Fn(f32, f32) -> f32) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_heights(&folder.path().join("heights.png"), of);
+    folder
+}
+
 /// Writes a height map of 16 bits.
-fn heights(folder: &Path, of: impl Fn(f32, f32) -> f32) -> std::path::PathBuf {
-    let path = folder.join("heights.png");
+fn write_heights(path: &Path, of: impl Fn(f32, f32) -> f32) {
     let texel = |x: u32, y: u32| {
         let uv = [x, y].map(|at| (at as f32 + 0.5) / TEXELS as f32);
         Luma([(of(uv[0], uv[1]) * 65535.0).round() as u16])
     };
     let map: ImageBuffer<Luma<u16>, Vec<u16>> = ImageBuffer::from_fn(TEXELS, TEXELS, texel);
-    map.save(&path).expect("a map");
-    path
+    map.save(path).expect("a map");
 }
 
 /// Four round studs with flanks of a few texels.
@@ -61,11 +66,8 @@ fn is_nearest(report: &Report, technique: &str) -> bool {
 
 #[test]
 fn the_more_a_technique_does_the_nearer_it_is_to_real_geometry() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), studs);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(studs);
     let report = compare(folder.path(), |_| {});
     assert_eq!(report.rows.len(), Technique::ALL.len() + 1);
     let shadowed = |technique: &str| row(&report, technique).shadowed;
@@ -93,11 +95,8 @@ fn the_more_a_technique_does_the_nearer_it_is_to_real_geometry() {
 /// where it is half as bright, and horizons are known in eight directions only.
 #[test]
 fn shadows_are_where_rays_through_the_geometry_have_them() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), studs);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(studs);
     let report = compare(folder.path(), |job| {
         job.techniques = vec![Technique::Relief, Technique::Horizon, Technique::ReliefHorizon];
         job.angle = 0.0;
@@ -113,11 +112,8 @@ fn shadows_are_where_rays_through_the_geometry_have_them() {
 /// Straight from above, where no ray slants much, what remains of the error is how edges are smoothed.
 #[test]
 fn relief_at_full_depth_is_the_displaced_geometry_seen_from_above() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), studs);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(studs);
     let report = compare(folder.path(), |job| {
         job.techniques = vec![Technique::Relief, Technique::Normal];
         job.angle = 0.0;
@@ -129,11 +125,8 @@ fn relief_at_full_depth_is_the_displaced_geometry_seen_from_above() {
 
 #[test]
 fn a_flat_map_leaves_nothing_to_tell_techniques_apart() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), |_, _| 1.0);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(|_, _| 1.0);
     let report = compare(folder.path(), |job| job.size = (80, 60));
     assert!(report.silhouette_pixels == 0.0, "{report}");
     for row in &report.rows {
@@ -154,11 +147,8 @@ fn a_flat_map_leaves_nothing_to_tell_techniques_apart() {
 /// A grey map is a plane that lies deeper: its picture moves and shrinks, which only the techniques with parallax show.
 #[test]
 fn a_sunken_plane_is_seen_where_it_lies() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), |_, _| 0.25);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(|_, _| 0.25);
     let checkers = |x: u32, y: u32| Rgb([if (x / 8 + y / 8).is_multiple_of(2) { 230 } else { 40 }; 3]);
     RgbImage::from_fn(64, 64, checkers).save(folder.path().join("base.png")).expect("a map");
     let report = compare(folder.path(), |job| {
@@ -177,11 +167,8 @@ fn a_sunken_plane_is_seen_where_it_lies() {
 /// Errors that remain: slopes are steeper than the normal map says where the image is squeezed, as at poles.
 #[test]
 fn round_figures_are_compared_too() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), studs);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(studs);
     for figure in [BaseMesh::Sphere, BaseMesh::Torus] {
         let report = compare(folder.path(), |job| {
             job.figure = figure;
@@ -195,22 +182,16 @@ fn round_figures_are_compared_too() {
 }
 
 fn relief(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-    command.args(["compare", "-o", "out"]).args(args).current_dir(folder);
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the binary runs")
+    common::relief(&[&["compare", "-o", "out"], args].concat(), folder)
 }
 
 #[test]
 fn the_command_writes_figures_and_pictures_or_nothing() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    heights(folder.path(), studs);
+    let Some(_) = common::gpu() else { return };
+    let folder = heights_folder(studs);
     let small = ["--height", "heights.png", "--size", "64x48", "--technique", "relief,normal"];
     let output = relief(folder.path(), &[&small[..], &["--json"]].concat());
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{error}");
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let techniques: Vec<&str> =
         report["rows"].as_array().expect("rows").iter().filter_map(|row| row["technique"].as_str()).collect();
@@ -239,10 +220,7 @@ fn the_command_writes_figures_and_pictures_or_nothing() {
         (&["--size", "9000x9000"], "expected at most 4194304 pixels"),
     ];
     for (args, message) in cases {
-        let output = relief(folder.path(), args);
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
-        assert!(error.contains(message), "{args:?}: {error}");
+        assert_fails(&relief(folder.path(), args), 2, &[message]);
         assert!(!out.exists(), "{args:?}");
     }
 }
@@ -262,14 +240,11 @@ fn no_input_is_overwritten() {
         "compare.png",
     ];
     for (name, option) in names.into_iter().zip(["--height", "--normal", "--base"].into_iter().cycle()) {
-        heights(folder.path(), studs);
-        fs::rename(folder.path().join("heights.png"), out.join(name)).expect("an input");
+        write_heights(&out.join(name), studs);
         let before = fs::read(out.join(name)).expect("an input");
         let path = format!("./out/{name}");
         let output = relief(folder.path(), &[option, &path, "--size", "8x8", "--technique", "relief"]);
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{path}: {error}");
-        assert!(error.contains(&format!("{path}: an output would overwrite this input file")), "{error}");
+        assert_fails(&output, 2, &[&format!("{path}: an output would overwrite this input file")]);
         assert!(fs::read(out.join(name)).expect("the input") == before, "{path}");
         fs::remove_file(out.join(name)).expect("the input");
         assert!(fs::read_dir(&out).expect("a folder").next().is_none(), "nothing is written");

@@ -1,25 +1,20 @@
 //! `relief gallery`: the scene of all techniques, once for each shape; scenes that cannot be one.
 
-use crate::common::{self, text};
+use crate::common::{self, assert_fails, text};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn gallery(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-    command.args(["gallery", "-o", "out"]).args(args).current_dir(folder);
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the binary runs")
+    common::relief(&[&["gallery", "-o", "out"], args].concat(), folder)
 }
 
 /// The scene is found although the working directory is another, and its figures' shapes differ.
 #[test]
 fn every_shape_gets_a_picture_and_a_place_on_the_sheet() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = gallery(folder.path(), &["--size", "160x90"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = common::succeeds(&["gallery", "-o", "out", "--size", "160x90"], folder.path());
     let out = folder.path().join("out");
     let names = ["torus.png", "sphere.png", "cube.png", "quad.png", "gallery.png"];
     let written: Vec<String> = names.iter().map(|name| Path::new("out").join(name).display().to_string()).collect();
@@ -52,15 +47,13 @@ const STILL: &str = r#"(
 
 #[test]
 fn any_scene_with_a_figure_will_do_at_any_frame() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("still.ron"), STILL).expect("a scene");
     let mut boxes = Vec::new();
     for frame in ["0", "20"] {
-        let output = gallery(folder.path(), &["--scene", "still.ron", "--size", "64x48", "--frame", frame]);
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        let still = ["gallery", "-o", "out", "--scene", "still.ron", "--size", "64x48", "--frame", frame];
+        common::succeeds(&still, folder.path());
         boxes.push(image::open(folder.path().join("out/box.png")).expect("a picture").into_rgb8());
     }
     assert_ne!(boxes[0], boxes[1], "the box turns");
@@ -68,9 +61,7 @@ fn any_scene_with_a_figure_will_do_at_any_frame() {
 
 #[test]
 fn scenes_that_cannot_be_drawn_leave_nothing_behind() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let plain = STILL.replace(r#"figure: ["ball", "box"], "#, r#"mesh: "ball", "#);
     fs::write(folder.path().join("plain.ron"), plain).expect("a scene");
@@ -82,10 +73,7 @@ fn scenes_that_cannot_be_drawn_leave_nothing_behind() {
         (&["--size", "0x9"], "expected WIDTHxHEIGHT"),
     ];
     for (args, message) in cases {
-        let output = gallery(folder.path(), args);
-        let error = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
-        assert!(error.contains(message), "{args:?}: {error}");
+        assert_fails(&gallery(folder.path(), args), 2, &[message]);
         assert!(!folder.path().join("out").exists(), "{args:?}");
     }
 }

@@ -1,10 +1,7 @@
 //! `relief lights`: scenes whose error is known, and the ones where a quotient could go wrong.
 
-use crate::common;
-use relief::frames::LoadOptions;
-use relief::tools::frame_error::FrameErrorJob;
+use crate::{common, frame_job};
 use relief::tools::light_error::{LightReport, PolicyError, measure};
-use std::fs;
 use std::path::Path;
 
 const NONE: PolicyError = PolicyError { mean: 0.0, p99: 0.0, flip: 0.0, seams: 0.0 };
@@ -40,18 +37,8 @@ fn scene(ambient: f32, lights: &[&str]) -> String {
 }
 
 fn report(scene: &str) -> LightReport {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.ron");
-    fs::write(&path, scene).expect("a scene");
-    let job = FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: path,
-        folder: folder.path().join("out"),
-        frame: 0,
-        size: (48, 48),
-        camera: None,
-        technique: None,
-    };
+    let folder = common::scene_folder(scene);
+    let job = frame_job(&folder.path().join("scene.ron"), &folder.path().join("out"), (48, 48));
     let report = measure(&job).expect("a report");
     let picture = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["all.png", "three.png", "hard.png", "three_error.png", "hard_error.png"] {
@@ -69,9 +56,7 @@ const SUN: &str = "light: directional(intensity: 0.25)";
 
 #[test]
 fn dropping_one_of_four_equal_lights_is_an_error_of_a_quarter() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let found = report(&scene(0.0, &[SUN; 4]));
     assert_eq!(found.lights, 4);
     // Half floats, 2⁻¹⁰ of what they hold.
@@ -88,9 +73,7 @@ fn dropping_one_of_four_equal_lights_is_an_error_of_a_quarter() {
 
 #[test]
 fn up_to_three_lights_nothing_is_off() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let lamp = "light: point(color: (0.3, 0.5, 0.9), intensity: 3), transform: (translation: (2, 1, 2))";
     let spot = "light: spot(intensity: 0.7, cutoff_degrees: 20), transform: (translation: (0, 0, 5))";
     for count in 0..=3 {
@@ -102,9 +85,7 @@ fn up_to_three_lights_nothing_is_off() {
 
 #[test]
 fn black_and_empty_pictures_have_no_error() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let black = report(&scene(0.0, &[]));
     assert_eq!((black.mean_luminance, three(&black), hard(&black)), (0.0, NONE, NONE));
     assert!(black.object_pixels > 0);
@@ -136,9 +117,7 @@ const IN_TWO_PIECES: &str = r#"(mesh: "long", material: "white", piece_metres: 2
 
 #[test]
 fn seams_are_as_high_as_the_difference_of_the_lamps_that_two_pieces_leave_out() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let found = report(&floor(IN_TWO_PIECES, ""));
     // Two pixels lie side by side in each of the rows whose middle is on the floor: a pixel is 2.2 m / 48 wide.
     let pixel = 2.2 / 48.0;
@@ -159,9 +138,7 @@ fn seams_are_as_high_as_the_difference_of_the_lamps_that_two_pieces_leave_out() 
 
 #[test]
 fn where_nothing_is_left_out_and_between_objects_there_are_no_seams() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     // The right lamp does not reach the floor.
     let exact = report(&floor(IN_TWO_PIECES, ", range: 1"));
     assert!(exact.seam_pairs > 0 && exact.mean_luminance > 0.0, "{exact:?}");
@@ -174,19 +151,10 @@ fn where_nothing_is_left_out_and_between_objects_there_are_no_seams() {
 
 #[test]
 fn on_the_shipped_scene_three_are_nearer_than_hard() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let job = FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron"),
-        folder: folder.path().to_owned(),
-        frame: 0,
-        size: (160, 90),
-        camera: None,
-        technique: None,
-    };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
+    let job = frame_job(&scene, folder.path(), (160, 90));
     let found = measure(&job).expect("a report");
     assert_eq!(found.lights, 44);
     let (three, hard) = (three(&found), hard(&found));
@@ -199,19 +167,10 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
 /// its roads are cut into pieces under many lamps. The figures of docs/lights.md are those of a larger picture.
 #[test]
 fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let job = FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron"),
-        folder: folder.path().to_owned(),
-        frame: 0,
-        size: (320, 180),
-        camera: None,
-        technique: None,
-    };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron");
+    let job = frame_job(&scene, folder.path(), (320, 180));
     let found = measure(&job).expect("a report");
     let (shipped, three) = (of_policy(&found, "default"), three(&found));
     assert!(found.seam_pairs > 1000, "{found:?}");

@@ -16,3 +16,20 @@ mod maps;
 mod models;
 mod shadow_truth;
 mod specular_aa;
+
+use relief::frames::LoadOptions;
+use relief::tools::frame_error::FrameErrorJob;
+use std::path::Path;
+
+/// Error of a scene's first frame, seen by its first camera.
+fn frame_job(scene: &Path, folder: &Path, size: (u32, u32)) -> FrameErrorJob {
+    FrameErrorJob {
+        load: LoadOptions::for_one_renderer(),
+        scene: scene.to_owned(),
+        folder: folder.to_owned(),
+        frame: 0,
+        size,
+        camera: None,
+        technique: None,
+    }
+}

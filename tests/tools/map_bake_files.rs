@@ -1,6 +1,6 @@
 //! `relief map bake` and `relief map tile` as a user meets them, an independent bake in Python, and the picture.
 
-use crate::common::{self, text};
+use crate::common::{self, assert_fails, text};
 use crate::models;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
@@ -10,7 +10,7 @@ use std::f32::consts::TAU;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::tangents::compute_tangents;
@@ -19,14 +19,13 @@ use systems::draw::Camera;
 use systems::space::Transform;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relief"))
-        .args(["map"])
-        .args(args)
-        .current_dir(folder)
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .output()
-        .expect("the binary runs")
+    common::relief(&[&["map"], args].concat(), folder)
+}
+
+/// Runs `relief map` as [`relief`] does, which succeeds, and returns what it says.
+#[track_caller]
+fn said(args: &[&str], folder: &Path) -> String {
+    text(&common::succeeds(&[&["map"], args].concat(), folder).stdout)
 }
 
 fn named(name: &str, mesh: Mesh) -> Mesh {
@@ -50,13 +49,11 @@ fn maps_are_written_and_the_report_says_how() {
     let arguments = |low: &'static str, high: &'static str, out: &'static str| {
         vec!["bake", low, high, "-o", out, "--size", "96x48", "--cage", "0.15", "--rays", "4"]
     };
-    let one = relief(&arguments("low.glb", "high.glb", "one"), folder);
-    assert!(one.status.success(), "{}", text(&one.stderr));
-    let said = text(&one.stdout);
+    let report = said(&arguments("low.glb", "high.glb", "one"), folder);
     for needle in
         ["96×48 texels, from 9216 triangles", "baked     4608", "missed    0", "million a second", "height_scale_uv"]
     {
-        assert!(said.contains(needle), "no \"{needle}\" in {said}");
+        assert!(report.contains(needle), "no \"{needle}\" in {report}");
     }
     let kind = |name: &str| {
         let image = image::open(folder.join(name)).expect("an image");
@@ -68,22 +65,21 @@ fn maps_are_written_and_the_report_says_how() {
     // The same from nodes of one file, with other threads; and other maps.
     let mut both = arguments("both.glb", "both.glb", "two");
     both.extend(["--node", "low", "--high-node", "high", "--threads", "3"]);
-    assert!(relief(&both, folder).status.success());
+    said(&both, folder);
     for name in ["normal.png", "height.png", "occlusion.png"] {
         let read = |set: &str| fs::read(folder.join(set).join(name)).expect("written");
         assert!(read("one") == read("two"), "{name} differs");
     }
     let mut others = arguments("low.glb", "high.glb", "three");
     others.extend(["--maps", "normal,coverage", "--bits", "16", "--dilate", "all"]);
-    assert!(relief(&others, folder).status.success());
+    said(&others, folder);
     assert_eq!(kind("three/normal.png").2, image::ColorType::Rgb16);
     assert_eq!(kind("three/coverage.png").2, image::ColorType::L8);
     assert_eq!(fs::read_dir(folder.join("three")).expect("a folder").count(), 2);
 
     let hills = models::landscape(2.0, 16, |x, z| 0.1 * (x * 3.0).sin() * z);
     write(folder, "hills.glb", &[(&hills, ONE)]);
-    let tile = relief(&["tile", "hills.glb", "-o", "tile", "--size", "32", "--rays", "2", "--period", "2"], folder);
-    assert!(tile.status.success(), "{}", text(&tile.stderr));
+    said(&["tile", "hills.glb", "-o", "tile", "--size", "32", "--rays", "2", "--period", "2"], folder);
     assert_eq!(kind("tile/height.png"), (32, 32, image::ColorType::L16));
 }
 
@@ -116,66 +112,47 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         .expect("written");
     fs::write(folder.join("broken.glb"), b"no model").expect("written");
     fs::write(folder.join("taken"), b"a file").expect("written");
-    let files = || {
-        let mut names: Vec<_> = fs::read_dir(folder).expect("a folder").flatten().map(|e| e.file_name()).collect();
-        names.sort();
-        names
-    };
-    let before = files();
-    let cases: [(&[&str], i32, &[&str]); 20] = [
-        (&["bake", "bare.glb", "sheet.glb", "-o", "out"], 2, &["bare.glb: ", "\"sheet\" has no UVs", "TEXCOORD_0"]),
-        (&["bake", "sheet.glb", "bare.glb", "-o", "out", "--uv-set", "1"], 2, &["sheet.glb: ", "TEXCOORD_1"]),
-        (&["bake", "folded.glb", "sheet.glb", "-o", "out"], 2, &["folded.glb: no triangle has an area in the UVs"]),
+    let before = common::names(folder);
+    let cases: [(&[&str], &[&str]); 20] = [
+        (&["bake", "bare.glb", "sheet.glb", "-o", "out"], &["bare.glb: ", "\"sheet\" has no UVs", "TEXCOORD_0"]),
+        (&["bake", "sheet.glb", "bare.glb", "-o", "out", "--uv-set", "1"], &["sheet.glb: ", "TEXCOORD_1"]),
+        (&["bake", "folded.glb", "sheet.glb", "-o", "out"], &["folded.glb: no triangle has an area in the UVs"]),
         (
             &["bake", "repeated.glb", "sheet.glb", "-o", "out"],
-            2,
             &["repeated.glb: the UVs cover the map more than 256 times"],
         ),
-        (&["bake", "sheet.glb", "far.glb", "-o", "out"], 2, &["sheet.glb: none of ", "met far.glb", "--cage"]),
-        (&["bake", "sheet.glb", "point.glb", "-o", "out"], 2, &["point.glb: all triangles are at one point"]),
-        (&["bake", "empty.gltf", "sheet.glb", "-o", "out"], 2, &["empty.gltf: has no triangles"]),
-        (&["bake", "sheet.glb", "empty.gltf", "-o", "out"], 2, &["empty.gltf: has no triangles"]),
-        (&["bake", "missing.glb", "sheet.glb", "-o", "out"], 2, &["missing.glb: "]),
-        (&["bake", "sheet.glb", "broken.glb", "-o", "out"], 2, &["broken.glb: "]),
+        (&["bake", "sheet.glb", "far.glb", "-o", "out"], &["sheet.glb: none of ", "met far.glb", "--cage"]),
+        (&["bake", "sheet.glb", "point.glb", "-o", "out"], &["point.glb: all triangles are at one point"]),
+        (&["bake", "empty.gltf", "sheet.glb", "-o", "out"], &["empty.gltf: has no triangles"]),
+        (&["bake", "sheet.glb", "empty.gltf", "-o", "out"], &["empty.gltf: has no triangles"]),
+        (&["bake", "missing.glb", "sheet.glb", "-o", "out"], &["missing.glb: "]),
+        (&["bake", "sheet.glb", "broken.glb", "-o", "out"], &["broken.glb: "]),
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--node", "shed"],
-            2,
             &["sheet.glb: unknown node \"shed\" (did you mean \"sheet\"?)"],
         ),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--size", "0"], 2, &["expected a number of texels", "8192"]),
-        (
-            &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--size", "9000"],
-            2,
-            &["expected a number of texels", "8192"],
-        ),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--cage", "0"], 2, &["expected metres above 0"]),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--rays", "0"], 2, &["--rays"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--size", "0"], &["expected a number of texels", "8192"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--size", "9000"], &["expected a number of texels", "8192"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--cage", "0"], &["expected metres above 0"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--rays", "0"], &["--rays"]),
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--cage", "1", "--max-distance", "1"],
-            2,
             &["cannot be used with"],
         ),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 2, &["taken: not a directory"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], &["taken: not a directory"]),
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--preview", "a.jpg"],
-            2,
             &["a.jpg", "expected a name that ends in .png"],
         ),
         (
             &["tile", "sheet.glb", "-o", "out", "--maps", "height", "--bits", "8"],
-            2,
             &["--bits: only valid for the normal map", "--maps"],
         ),
-        (&["tile", "sheet.glb", "-o", "out", "--period", "0.01"], 2, &["--period: 0.01 m is too short"]),
+        (&["tile", "sheet.glb", "-o", "out", "--period", "0.01"], &["--period: 0.01 m is too short"]),
     ];
-    for (args, code, needles) in cases {
-        let output = relief(args, folder);
-        let error = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {error}");
-        for needle in needles {
-            assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
-        }
-        assert_eq!(files(), before, "{args:?} left something behind");
+    for (args, needles) in cases {
+        assert_fails(&relief(args, folder), 2, needles);
+        assert_eq!(common::names(folder), before, "{args:?} left something behind");
     }
     // What was there stays.
     fs::create_dir(folder.join("kept")).expect("a folder");
@@ -239,15 +216,12 @@ fn a_bake_by_brute_force_in_python_agrees() {
 
 #[test]
 fn the_picture_shows_the_maps_on_the_right() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     write(folder.path(), "low.glb", &[(&models::coarse_torus(), ONE)]);
     write(folder.path(), "high.glb", &[(&models::fine_torus(384, 192), ONE)]);
     let args = ["bake", "low.glb", "high.glb", "-o", "out", "--size", "512", "--cage", "0.15", "--preview", "look.png"];
-    let output = relief(&args, folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    said(&args, folder.path());
     let picture = image::open(folder.path().join("look.png")).expect("a picture").into_luma8();
     assert_eq!(picture.dimensions(), (1536, 768));
     // Bumps are differences between neighbours, which the coarse torus has fewer of.

@@ -1,19 +1,19 @@
 //! `relief map` as a user meets it: files, messages, exit codes, real textures.
 
-use crate::common::{self, assert_fails, text};
+use crate::common::{self, assert_fails, names, text};
 use relief::tools::maps::files;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-    command.arg("map").args(args).current_dir(folder).output().expect("the binary runs")
+    common::relief(&[&["map"], args].concat(), folder)
 }
 
+/// Runs `relief map` as [`relief`] does, which succeeds.
 #[track_caller]
-fn assert_done(output: &Output) {
-    assert!(output.status.success(), "{}", text(&output.stderr));
+fn done(args: &[&str], folder: &Path) -> Output {
+    common::succeeds(&[&["map"], args].concat(), folder)
 }
 
 /// Bumps, a photograph's colours, gloss, and a metallic-roughness map, all 48×32.
@@ -28,13 +28,6 @@ fn maps_folder() -> tempfile::TempDir {
     save("color.png", &|x, y| [bump(x, y) as u8, (x * 5) as u8, (y * 7) as u8]);
     save("orm.png", &|x, y| [255, (x * 5) as u8, (y * 7) as u8]);
     folder
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).expect("a folder").flatten();
-    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 /// Every tool, with what it writes.
@@ -77,7 +70,7 @@ fn every_tool_writes_the_same_bytes_for_any_number_of_threads() {
     for (args, files) in TOOLS {
         for (out, threads) in [("one", "1"), ("three", "3"), ("again", "3")] {
             let output = run_into(out, args, &["--threads", threads], folder.path());
-            assert_done(&output);
+            assert!(output.status.success(), "{}", text(&output.stderr));
             let said: Vec<String> = files.iter().map(|file| format!("{out}/{file}")).collect();
             assert_eq!(text(&output.stdout).lines().collect::<Vec<_>>(), said);
         }
@@ -97,17 +90,17 @@ fn files_hold_as_many_bits_as_asked_for_and_are_replaced() {
     let folder = maps_folder();
     let color = |name: &str| image::open(folder.path().join(name)).expect("an image").color();
     fs::write(folder.path().join("n.png"), "something else").expect("written");
-    assert_done(&relief(&["normal", "height.png", "-o", "n.png"], folder.path()));
+    done(&["normal", "height.png", "-o", "n.png"], folder.path());
     assert_eq!(color("n.png"), image::ColorType::Rgb8);
-    assert_done(&relief(&["normal", "height.png", "-o", "n.png", "--bits", "16"], folder.path()));
+    done(&["normal", "height.png", "-o", "n.png", "--bits", "16"], folder.path());
     assert_eq!(color("n.png"), image::ColorType::Rgb16);
-    assert_done(&relief(&["normal", "height.png", "-o", "n.exr"], folder.path()));
+    done(&["normal", "height.png", "-o", "n.exr"], folder.path());
     assert_eq!(color("n.exr"), image::ColorType::Rgb32F);
-    assert_done(&relief(&["height", "color.png", "-o", "h.png"], folder.path()));
+    done(&["height", "color.png", "-o", "h.png"], folder.path());
     assert_eq!(color("h.png"), image::ColorType::L16);
-    assert_done(&relief(&["horizon", "height.png", "-o", "of.two.png"], folder.path()));
+    done(&["horizon", "height.png", "-o", "of.two.png"], folder.path());
     assert_eq!((color("of.two_0.png"), color("of.two_1.png")), (image::ColorType::Rgba8, image::ColorType::Rgba8));
-    assert_done(&relief(&["horizon", "height.png", "-o", "plain"], folder.path()));
+    done(&["horizon", "height.png", "-o", "plain"], folder.path());
     assert_eq!(color("plain_1.png"), image::ColorType::Rgba8);
 }
 
@@ -201,7 +194,7 @@ fn a_colour_image_is_read_by_the_channel_named() {
     let folder = maps_folder();
     let path = folder.path();
     let bytes = |file: &str, channel: &str| {
-        assert_done(&relief(&["normal", file, "-o", "n.png", "--channel", channel], path));
+        done(&["normal", file, "-o", "n.png", "--channel", channel], path);
         fs::read(path.join("n.png")).expect("a map")
     };
     let red = bytes("color.png", "r");
@@ -244,9 +237,8 @@ fn no_input_is_overwritten() {
 #[test]
 fn without_an_adapter_the_map_is_there_and_the_preview_is_not() {
     let folder = maps_folder();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-    command.args(["map", "normal", "height.png", "-o", "n.png", "--preview", "p.png"]);
-    let output = command.current_dir(folder.path()).env("WGPU_ADAPTER_NAME", "no such adapter").output();
+    let args = ["map", "normal", "height.png", "-o", "n.png", "--preview", "p.png"];
+    let output = common::command(&args, folder.path()).env("WGPU_ADAPTER_NAME", "no such adapter").output();
     assert_fails(&output.expect("the binary runs"), 3, &["p.png", "preview", "no graphics adapter"]);
     assert_eq!(names(folder.path()), ["color.png", "height.png", "n.png", "orm.png"]);
 }
@@ -255,7 +247,7 @@ fn without_an_adapter_the_map_is_there_and_the_preview_is_not() {
 #[test]
 fn damaged_floats_are_refused() {
     let folder = maps_folder();
-    assert_done(&relief(&["normal", "height.png", "-o", "n.exr"], folder.path()));
+    done(&["normal", "height.png", "-o", "n.exr"], folder.path());
     let whole = fs::read(folder.path().join("n.exr")).expect("a map");
     let path = folder.path().join("damaged.exr");
     let read = |bytes: &[u8]| {
@@ -307,15 +299,13 @@ fn real_sets(data: &Path) -> Vec<(&'static str, Vec<&'static str>, PathBuf)> {
 #[test]
 fn real_textures_go_through_every_tool_and_are_drawn() {
     let Some(data) = common::test_data() else { return };
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (tool, options, file) in real_sets(&data) {
         let source = files::read(&file).expect("a texture");
         let input = file.to_string_lossy();
         let args = [&[tool, &input, "-o", "map.png", "--preview", "look.png"], options.as_slice()].concat();
-        assert_done(&relief(&args, folder.path()));
+        done(&args, folder.path());
         let name = if tool == "horizon" { "map_1.png" } else { "map.png" };
         let map = files::read(&folder.path().join(name)).expect("a map");
         assert_eq!((map.width, map.height), (source.width, source.height), "{tool} {input}");
@@ -335,7 +325,7 @@ fn a_published_normal_map_is_the_one_made_of_its_heights() {
     let set = data.join("textures/parallax-cube-bevy");
     let depth = set.join("cube_depth.png");
     let args = ["normal", &depth.to_string_lossy(), "-o", "n.png", "--invert", "--height-scale", "0.1"];
-    assert_done(&relief(&args, folder.path()));
+    done(&args, folder.path());
     let (ours, theirs) = (files::read(&folder.path().join("n.png")), files::read(&set.join("cube_normal.png")));
     let (ours, theirs) = (ours.expect("a map"), theirs.expect("a map"));
     for channel in 0..2 {

@@ -1,17 +1,16 @@
 //! `relief shadows`: shadows whose every sample is known, and pictures that have none.
 
-use crate::common;
+use crate::{common, frame_job};
 use glam::{DVec2, DVec3};
 use image::RgbImage;
-use relief::frames::LoadOptions;
+use relief::tools::compare::PictureError;
 use relief::tools::frame_error::FrameErrorJob;
-use relief::tools::shadow_error::{ShadowError, ShadowReport, measure};
-use std::fs;
-use std::path::{Path, PathBuf};
+use relief::tools::shadow_error::{ShadowReport, measure};
+use std::path::PathBuf;
 use systems::assets::Technique;
 use systems::assets::color::linear_from_srgb;
 
-const NONE: ShadowError = ShadowError { mean: 0.0, p99: 0.0, flip: 0.0 };
+const NONE: PictureError = PictureError { mean: 0.0, p99: 0.0, flip: 0.0 };
 /// Pixels along a side.
 const SIDE: u32 = 50;
 /// Metres from the middle of the picture to its edge.
@@ -28,18 +27,6 @@ struct Measured {
     unshadowed: RgbImage,
     maps: RgbImage,
     perfect: RgbImage,
-}
-
-fn job(scene: &Path, folder: &Path, size: (u32, u32)) -> FrameErrorJob {
-    FrameErrorJob {
-        load: LoadOptions::for_one_renderer(),
-        scene: scene.to_owned(),
-        folder: folder.to_owned(),
-        frame: 0,
-        size,
-        camera: None,
-        technique: None,
-    }
 }
 
 /// A white, matte floor of 8 m in the dark, seen from above, under a light; what `entities` adds.
@@ -69,10 +56,9 @@ fn measured(scene: &str, technique: Option<Technique>) -> Measured {
 }
 
 fn measured_in(scene: &str, technique: Option<Technique>, size: (u32, u32)) -> Measured {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = common::scene_folder(scene);
     let path = folder.path().join("scene.ron");
-    fs::write(&path, scene).expect("a scene");
-    let job = FrameErrorJob { technique, ..job(&path, &folder.path().join("out"), size) };
+    let job = FrameErrorJob { technique, ..frame_job(&path, &folder.path().join("out"), size) };
     let report = measure(&job, 32).expect("a report");
     let read = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["unshadowed_error.png", "perfect_error.png"] {
@@ -162,9 +148,7 @@ fn on_cube(at: DVec2) -> bool {
 
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for (light, lamp) in [POINT, SUN, SPOT] {
         let known = |at: DVec2| f64::from(u8::from(on_cube(at) || lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
         assert_known(&measured(&scene(light, CUBE), None), known);
@@ -190,9 +174,7 @@ fn plate(light: &str, height: f64, aside: f64, turned_degrees: f64) -> String {
 /// where the edge crosses it at 0.404 of its radius: (acos t − t √(1 − t²)) / π = ¼.
 #[test]
 fn penumbrae_are_as_wide_as_geometry_has_them() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let lamp = "light: point(intensity: 8, attenuation: inverse_square, radius: 0.4), \
                 transform: (translation: (0, 4, 0))";
     let sun = "light: directional(intensity: 0.9, angle_degrees: 20), transform: (rotation_degrees: (-90, 0, 0))";
@@ -231,9 +213,7 @@ fn largest_step(picture: &RgbImage, open: &RgbImage, step: usize) -> f64 {
 /// step is larger than one and a half times the largest that rays find, along the edge and across it.
 #[test]
 fn penumbrae_of_maps_have_no_steps_of_texels() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let side = 200;
     for (elevation, angle, turned) in [(15f64, 2.0, 10.0), (25.0, 3.0, -33.0), (60.0, 10.0, 4.0)] {
         // The sun is at −X.
@@ -266,9 +246,7 @@ const FURNITURE: &str = r#"
 /// One lamp and one tap: the light of a picture with a map is off by a hundredth at the most.
 #[test]
 fn a_map_is_near_the_truth() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for (light, _) in [POINT, SPOT] {
         let light = light.replace("inverse_square", "inverse_square, shadows: true");
         let report = measured_in(&scene(&light, FURNITURE), None, (200, 200)).report;
@@ -280,9 +258,7 @@ fn a_map_is_near_the_truth() {
 /// A cube of holes: its solid shape casts the shadow, and what is seen through it has one.
 #[test]
 fn masks_cast_as_if_they_were_solid_and_shadows_are_seen_through_them() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let (light, lamp) = POINT;
     let holes = CUBE.replace("white", "hole");
     let known = |at: DVec2| f64::from(u8::from(!on_cube(at) && lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
@@ -291,9 +267,7 @@ fn masks_cast_as_if_they_were_solid_and_shadows_are_seen_through_them() {
 
 #[test]
 fn blended_objects_have_shadows_and_cast_none() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let (light, lamp) = SUN;
     let pane = r#"(mesh: "floor", material: "pane", transform: (translation: (0, 0.3, 0))),"#;
     // The sun lights both alike, and the pane hides half of the floor.
@@ -309,9 +283,7 @@ fn blended_objects_have_shadows_and_cast_none() {
 /// With each way in which a light is added up.
 #[test]
 fn a_lamp_in_a_closed_box_lights_nothing_outside() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let lamp = "light: point(intensity: 8, attenuation: inverse_square), transform: (translation: (0.1, 1, 0))";
     let closed = r#"(mesh: "cube", material: "white", transform: (translation: (0, 1, 0), scale: 1.2)),"#;
     let techniques =
@@ -328,9 +300,7 @@ fn a_lamp_in_a_closed_box_lights_nothing_outside() {
 /// and 65 km from the origin.
 #[test]
 fn without_anything_in_the_way_traced_shadows_change_no_bit() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     for origin in ["0", "65000"] {
         let scene = format!(
             r#"(
@@ -356,12 +326,10 @@ fn without_anything_in_the_way_traced_shadows_change_no_bit() {
 
 #[test]
 fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
-    let found = measure(&job(&scene, folder.path(), (160, 90)), 32).expect("a report");
+    let found = measure(&frame_job(&scene, folder.path(), (160, 90)), 32).expect("a report");
     assert_eq!(found.lights, 44);
     let ShadowReport { unshadowed, perfect, .. } = &found;
     assert!(perfect.mean < unshadowed.mean && perfect.p99 < unshadowed.p99, "{found:?}");
@@ -457,9 +425,7 @@ const BUILDING_CELLS: &str = r#"
 /// Cells leave out lights behind walls, and none that a ray finds; the picture is far nearer to the truth.
 #[test]
 fn cells_leave_out_what_walls_hide() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let with = measured(&building(BUILDING_CELLS), None).report;
     let without = measured(&building(""), None).report;
     let cells = with.cells.expect("there are cells");

@@ -89,8 +89,7 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
     app.press(&["c"]);
     app.shows("the first camera again", &plain);
 
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
+    app.close();
 }
 
 #[test]
@@ -159,8 +158,7 @@ fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
     app.wait_for_picture("another figure", |seen| *seen != still);
     app.press(&["F5"]);
     let snapshot = app.line();
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
+    app.close();
     let (last, folder) = (stopped + 2, place.path().join("again"));
     let frames = format!("{last}..{}", last + 1);
     let mut replay = place.relief();
@@ -194,8 +192,7 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
     // The scene's own warnings, and one word of the loss.
     let losses = read("errors.txt").lines().filter(|line| !line.contains("normal_map has no z")).count();
     assert_eq!(losses, 1, "{}", read("errors.txt"));
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
+    app.close();
 }
 
 /// Each check of the first frame, which is the one that brings the panel's font: what the widgets have asked for is not
@@ -362,10 +359,8 @@ fn a_vehicle_is_driven_by_hand_and_seen_from_behind() {
     app.wait_for_picture("what its driver sees", |seen| top(seen) == driver);
     assert_ne!(chase, driver);
     assert_ne!(seen_by("front"), place.rendered(step, &["--camera", "front"]), "it was driven away");
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
-    let replay = place.relief().args(["replay", "run.rec", "--check"]).output().expect("relief starts");
-    assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
+    app.close();
+    place.check_replay();
 }
 
 #[test]

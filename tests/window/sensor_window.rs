@@ -99,8 +99,7 @@ fn thumbnails_show_what_render_writes_and_one_fills_the_view() {
     app.wait_for_picture("frusta and beams", |seen| *seen != third);
     app.press(&["m"]);
     app.shows("the scene alone again", &third);
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
+    app.close();
 }
 
 #[test]
@@ -119,10 +118,8 @@ fn a_run_does_not_notice_that_its_sensors_are_looked_at() {
     app.wait_for_picture("the last capture", |picture| found(&seen, picture).is_some());
     place.rendered(stopped, &["--hash", "render.txt"]);
     assert!(read("render.txt") == read("window.txt"), "the state");
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
-    let replay = place.relief().args(["replay", "run.rec", "--check"]).output().expect("relief starts");
-    assert!(replay.status.success(), "{}", common::text(&replay.stderr));
+    app.close();
+    place.check_replay();
 }
 
 #[test]
@@ -142,8 +139,7 @@ fn sensors_are_looked_at_again_with_another_device() {
     let stopped = last_step(|| read("window.txt"));
     let seen = seen_by_front(&place, stopped / 2 * 2);
     app.wait_for_picture("the last capture", |picture| found(&seen, picture).is_some());
-    app.press(&["Escape"]);
-    assert_eq!(app.ends().code(), Some(0));
+    app.close();
 }
 
 #[test]

@@ -8,9 +8,9 @@ use relief::sense::{GnssCapture, ImuCapture};
 use relief::systems::sensors::collision::Collision;
 use relief::systems::sensors::{Class, Classes, LaneReading as Reading};
 
-/// Getters that all readings have.
+/// Getters that all readings have, and those of one: of each its name, type and value in `own`.
 macro_rules! reading {
-    ($class:ident { $($own:tt)* }) => {
+    ($class:ident, $own:ident: { $($(#[$doc:meta])* $getter:ident: $type:ty = $value:expr;)* } $($more:tt)*) => {
         #[pymethods]
         impl $class {
             /// The sensor's full name.
@@ -37,7 +37,16 @@ macro_rules! reading {
                 self.common.matrix(py)
             }
 
-            $($own)*
+            $(
+                $(#[$doc])*
+                #[getter]
+                fn $getter(&self) -> $type {
+                    let $own = &self.own;
+                    $value
+                }
+            )*
+
+            $($more)*
         }
     };
 }
@@ -55,37 +64,18 @@ impl ImuReading {
     }
 }
 
-reading! { ImuReading {
+reading! { ImuReading, own: {
     /// True if the places of the sensor at the last two times that it was due are known. If not, all is 0.
-    #[getter]
-    fn valid(&self) -> bool {
-        self.own.valid
-    }
-
+    valid: bool = own.valid;
     /// Nanoseconds of the clock of which the reading is.
-    #[getter]
-    fn nanoseconds(&self) -> u64 {
-        self.own.nanoseconds
-    }
-
+    nanoseconds: u64 = own.nanoseconds;
     /// Acceleration against free fall, m/s²: (0, 0, 9.81) at rest on level ground.
-    #[getter]
-    fn specific_force(&self) -> (f64, f64, f64) {
-        self.own.reading.specific_force.into()
-    }
-
+    specific_force: (f64, f64, f64) = own.reading.specific_force.into();
     /// About its axes, rad/s.
-    #[getter]
-    fn angular_velocity(&self) -> (f64, f64, f64) {
-        self.own.reading.angular_velocity.into()
-    }
-
+    angular_velocity: (f64, f64, f64) = own.reading.angular_velocity.into();
     /// Standard deviations of what noise adds, on each axis: of the specific force, m/s², and of the angular velocity,
     /// rad/s. A density n becomes n/√s of readings s seconds apart (Kalibr's "IMU noise model").
-    #[getter]
-    fn sigmas(&self) -> (f64, f64) {
-        self.own.sigmas.into()
-    }
+    sigmas: (f64, f64) = own.sigmas.into();
 } }
 
 /// Measurement of a receiver of satellite navigation.
@@ -101,48 +91,21 @@ impl GnssReading {
     }
 }
 
-reading! { GnssReading {
+reading! { GnssReading, own: {
     /// True if the place of the scene on Earth is known. If not, all is 0.
-    #[getter]
-    fn valid(&self) -> bool {
-        self.own.valid
-    }
-
+    valid: bool = own.valid;
     /// Degrees, WGS 84.
-    #[getter]
-    fn latitude(&self) -> f64 {
-        self.own.reading.place.latitude_degrees
-    }
-
+    latitude: f64 = own.reading.place.latitude_degrees;
     /// Degrees, WGS 84.
-    #[getter]
-    fn longitude(&self) -> f64 {
-        self.own.reading.place.longitude_degrees
-    }
-
+    longitude: f64 = own.reading.place.longitude_degrees;
     /// Metres above the ellipsoid.
-    #[getter]
-    fn altitude(&self) -> f64 {
-        self.own.reading.place.altitude
-    }
-
+    altitude: f64 = own.reading.place.altitude;
     /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
-    #[getter]
-    fn sigmas(&self) -> (f64, f64) {
-        self.own.sigmas.into()
-    }
-
+    sigmas: (f64, f64) = own.sigmas.into();
     /// True if the place of the sensor when it was due before is known. If not, the velocity is 0.
-    #[getter]
-    fn has_velocity(&self) -> bool {
-        self.own.has_velocity
-    }
-
+    has_velocity: bool = own.has_velocity;
     /// To the east, north and up, m/s; the mean since the sensor was due before.
-    #[getter]
-    fn velocity(&self) -> (f64, f64, f64) {
-        self.own.reading.velocity.into()
-    }
+    velocity: (f64, f64, f64) = own.reading.velocity.into();
 } }
 
 /// Pose in a lane. All is 0 where no lane is near.
@@ -158,60 +121,25 @@ impl LaneReading {
     }
 }
 
-reading! { LaneReading {
+reading! { LaneReading, own: {
     /// Tells if a lane is near.
-    #[getter]
-    fn valid(&self) -> bool {
-        self.own.valid
-    }
-
+    valid: bool = own.valid;
     /// The route's place in `Sim.routes`.
-    #[getter]
-    fn route(&self) -> u32 {
-        self.own.route
-    }
-
+    route: u32 = own.route;
     /// The lane, counted from the edge of the road.
-    #[getter]
-    fn lane(&self) -> u32 {
-        self.own.lane
-    }
-
+    lane: u32 = own.lane;
     /// Metres from the middle of the lane, left positive.
-    #[getter]
-    fn offset(&self) -> f64 {
-        self.own.offset
-    }
-
+    offset: f64 = own.offset;
     /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
-    #[getter]
-    fn heading_error(&self) -> f64 {
-        self.own.heading_error
-    }
-
+    heading_error: f64 = own.heading_error;
     /// Curvature of the lane's centre line, 1/m, left positive.
-    #[getter]
-    fn curvature(&self) -> f64 {
-        self.own.curvature
-    }
-
+    curvature: f64 = own.curvature;
     /// Width of the lane, metres.
-    #[getter]
-    fn width(&self) -> f64 {
-        self.own.width
-    }
-
+    width: f64 = own.width;
     /// Metres along the route's centre line from its beginning.
-    #[getter]
-    fn along(&self) -> f64 {
-        self.own.along
-    }
-
+    along: f64 = own.along;
     /// Speed of the vehicle that the sensor is on, m/s along its forward.
-    #[getter]
-    fn speed(&self) -> f64 {
-        self.own.speed
-    }
+    speed: f64 = own.speed;
 } }
 
 /// Contact with another entity.
@@ -259,7 +187,7 @@ impl Collisions {
     }
 }
 
-reading! { Collisions {
+reading! { Collisions, own: {}
     fn __len__(&self) -> usize {
         self.own.len()
     }
@@ -272,4 +200,4 @@ reading! { Collisions {
             pyo3::exceptions::PyIndexError::new_err(format!("contact {index} of {}", self.own.len()))
         })
     }
-} }
+}

@@ -7,7 +7,6 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use systems::assets::levels::LevelOfDetail;
-use systems::ecs::clock::SPEEDS;
 
 /// Frame numbers stay below this.
 pub const MOST_FRAMES: u64 = 1_000_000_000;
@@ -41,6 +40,17 @@ where
             let comma = if text.contains(',') { "; whole numbers have no comma" } else { "" };
             format!("expected a whole number from {} to {}{comma}", range.start(), range.end())
         })
+    }
+}
+
+/// Takes a number of a range.
+pub fn number<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    move |text: &str| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("expected a number from {} to {}{}", range.start(), range.end(), pointed(text)))
     }
 }
 
@@ -93,16 +103,10 @@ pub fn parse_samples(text: &str) -> Result<u32, String> {
     text.parse().ok().filter(|n| [1, 4].contains(n)).ok_or_else(|| "expected 1 or 4".to_owned())
 }
 
-/// Simulated seconds per real second.
-pub fn parse_speed(text: &str) -> Result<f64, String> {
-    let (slowest, fastest) = (SPEEDS.start(), SPEEDS.end());
-    let speed = text.parse().ok().filter(|speed| SPEEDS.contains(speed));
-    speed.ok_or_else(|| format!("expected a number from {slowest} to {fastest}{}", pointed(text)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use systems::ecs::clock::SPEEDS;
 
     #[test]
     fn names_and_what_they_mean_make_a_sentence() {
@@ -121,9 +125,10 @@ mod tests {
         let refusal = |text| parse_size(text).expect_err("refused");
         assert!(refusal("640,480").ends_with("; write 640x480") && refusal("99999,2").ends_with("like 1280x720"));
         let comma = "expected a number from 0.1 to 100; use a decimal point, not a comma: 1.5";
-        assert_eq!(parse_speed("1,5").expect_err("refused"), comma);
-        assert_eq!((parse_speed("0.1"), parse_speed("100")), (Ok(0.1), Ok(100.0)));
-        assert!(["0", "-1", "101", "NaN", "fast"].iter().all(|bad| parse_speed(bad).is_err()));
+        let speed = number(SPEEDS);
+        assert_eq!(speed("1,5").expect_err("refused"), comma);
+        assert_eq!((speed("0.1"), speed("100")), (Ok(0.1), Ok(100.0)));
+        assert!(["0", "-1", "101", "NaN", "fast"].iter().all(|bad| speed(bad).is_err()));
         let threads = whole(1..=256u16);
         assert_eq!((threads("1"), threads("256")), (Ok(1), Ok(256)));
         let refused = Err("expected a whole number from 1 to 256".to_owned());

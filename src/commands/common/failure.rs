@@ -4,7 +4,7 @@ use crate::data::shards::ShardError;
 use crate::frames::FrameError;
 use crate::output::OutputError;
 use crate::recording::RecordingError;
-use crate::renderer::{GpuError, RenderError};
+use crate::renderer::RenderError;
 #[cfg(feature = "tools")]
 use crate::tools::{ToolError, bench::BenchError, maps::MapError};
 use crate::video::VideoError;
@@ -51,32 +51,14 @@ impl Failure {
     }
 }
 
-impl From<FrameError> for Failure {
-    fn from(error: FrameError) -> Self {
-        let code = code_of_frame(&error);
-        let message = match &error {
-            FrameError::Render(error) => of_render(error),
-            _ => error.to_string(),
-        };
-        Self { message: Some(message), code }
-    }
-}
-
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
-        FrameError::from(error).into()
-    }
-}
-
-impl From<RecordingError> for Failure {
-    fn from(error: RecordingError) -> Self {
-        FrameError::from(error).into()
-    }
-}
-
-impl From<GpuError> for Failure {
-    fn from(error: GpuError) -> Self {
-        FrameError::from(error).into()
+impl<E: Into<FrameError>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let error = error.into();
+        let mut message = error.to_string();
+        if let FrameError::Render(RenderError::Refused { .. }) = &error {
+            message += "\n--texture-memory and --compress make the scene smaller";
+        }
+        Self { message: Some(message), code: code_of_frame(&error) }
     }
 }
 
@@ -111,20 +93,13 @@ impl From<ToolError> for Failure {
 #[cfg(feature = "tools")]
 impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
-        let code = match &error {
-            BenchError::Gpu(_) | BenchError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
-            BenchError::SeparateProcess { code, .. } => *code,
-            BenchError::Render(RenderError::Lost { .. }) | BenchError::Plot { .. } => OTHER,
-            BenchError::Grid(_) | BenchError::Scene(_) | BenchError::Render(_) | BenchError::Compare { .. } => {
-                BAD_INPUT
-            }
-            BenchError::Output(error) => code_of_output(error),
+        let code = match error {
+            BenchError::Frame(error) => return error.into(),
+            BenchError::SeparateProcess { code, .. } => code,
+            BenchError::Plot { .. } => OTHER,
+            BenchError::Grid(_) | BenchError::Compare { .. } => BAD_INPUT,
         };
-        let message = match &error {
-            BenchError::Render(error) | BenchError::Scene(FrameError::Render(error)) => of_render(error),
-            _ => error.to_string(),
-        };
-        Self { message: Some(message), code }
+        Self { message: Some(error.to_string()), code }
     }
 }
 
@@ -152,14 +127,6 @@ impl From<MapError> for Failure {
             _ => error.to_string(),
         };
         Self { message: Some(message), code }
-    }
-}
-
-/// With what makes a scene smaller.
-fn of_render(error: &RenderError) -> String {
-    match error {
-        RenderError::Refused { .. } => format!("{error}\n--texture-memory and --compress make the scene smaller"),
-        _ => error.to_string(),
     }
 }
 

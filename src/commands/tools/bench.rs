@@ -8,7 +8,6 @@ use crate::frames::LoadOptions;
 use crate::name;
 use crate::renderer::{Occlusion, Settings};
 use crate::tools::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
-use clap::builder::TypedValueParser;
 use clap::{ArgAction, Args};
 use std::io;
 use std::path::PathBuf;
@@ -55,7 +54,7 @@ pub struct BenchArgs {
     #[arg(long, default_value = "cube", value_name = "cube|sphere|PATH")]
     pub mesh: GridMesh,
     /// Fraction of the objects that get a new transform before every frame, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction)]
+    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = arguments::number(0.0f32..=1.0))]
     #[arg(conflicts_with = "suite")]
     pub moving: f32,
     /// Size in pixels; 64x36 shows the CPU cost where a software rasterizer draws [default: 1280x720, in a quick suite
@@ -73,7 +72,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "S", value_parser = arguments::whole(1u32..=86_400))]
     pub seconds: Option<u32>,
     /// Camera position
-    #[arg(long, default_value = "wide", value_parser = view(), conflicts_with = "suite")]
+    #[arg(long, default_value = "wide", value_parser = arguments::choice(&GridView::ALL, GridView::help), conflicts_with = "suite")]
     pub view: GridView,
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
@@ -248,16 +247,4 @@ fn apart(job: &BenchJob, process: &Process) -> io::Result<Command> {
         command.arg("--floor");
     }
     Ok(command)
-}
-
-fn view() -> impl TypedValueParser<Value = GridView> {
-    arguments::choice(&GridView::ALL, |view| match view {
-        GridView::Wide => "Outside and above, with the whole grid in view",
-        GridView::Inside => "Between the rows at 2 m, about a sixth of the grid in view",
-    })
-}
-
-fn parse_fraction(text: &str) -> Result<f32, String> {
-    let fraction = text.parse().ok().filter(|f| (0.0..=1.0).contains(f));
-    fraction.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
 }

@@ -5,7 +5,6 @@ use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::progress;
 use crate::tools::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
 use clap::Args;
-use clap::builder::TypedValueParser;
 use std::path::PathBuf;
 use systems::assets::Technique;
 
@@ -36,7 +35,7 @@ pub struct CompareArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Base mesh: plane (one quad, 2 m), sphere or torus (the map repeats four times around)
-    #[arg(long, default_value = "plane", value_parser = figure())]
+    #[arg(long, default_value = "plane", value_parser = arguments::choice(&BaseMesh::ALL, BaseMesh::help))]
     pub figure: BaseMesh,
     /// Height map, 0 deepest; normal and horizon maps are derived from it [default: the maps of the techniques scene,
     /// assets/textures/techniques_height.png]
@@ -49,7 +48,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub base: Option<PathBuf>,
     /// Depth of the height map from black to white, as a fraction of the image width, 0 to 1 [default: 0.06]
-    #[arg(long, value_name = "X", value_parser = parse_scale)]
+    #[arg(long, value_name = "X", value_parser = arguments::number(0.0f32..=1.0))]
     pub height_scale: Option<f32>,
     /// Angle between viewing direction and surface normal, 0 to 85: 0 is head-on
     #[arg(long, value_name = "DEGREES", default_value_t = 45.0, value_parser = parse_angle)]
@@ -90,19 +89,6 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         say(&format!("{report}pictures: {}", args.output.display()))?;
     }
     Ok(())
-}
-
-fn figure() -> impl TypedValueParser<Value = BaseMesh> {
-    arguments::choice(&BaseMesh::ALL, |figure| match figure {
-        BaseMesh::Plane => "One quad of 2 m",
-        BaseMesh::Sphere => "1.8 m wide, of 32 × 16 quads",
-        BaseMesh::Torus => "2.08 m wide, of 48 × 24 quads",
-    })
-}
-
-fn parse_scale(text: &str) -> Result<f32, String> {
-    let scale = text.parse().ok().filter(|scale| (0.0..=1.0).contains(scale));
-    scale.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
 }
 
 fn parse_angle(text: &str) -> Result<f32, String> {

@@ -1,10 +1,6 @@
 //! Errors of split runs.
 
 use crate::frames::FrameError;
-use crate::output::OutputError;
-use crate::recording::RecordingError;
-use crate::renderer::GpuError;
-use crate::video::VideoError;
 use std::path::{Path, PathBuf};
 
 /// Error of splitting a run, rendering a shard, or putting shards together.
@@ -41,7 +37,7 @@ pub enum ShardError {
     },
     /// Error that stops a run.
     #[error(transparent)]
-    Frame(#[from] FrameError),
+    Frame(FrameError),
 }
 
 fn listed(shards: &[(usize, String)]) -> String {
@@ -55,26 +51,8 @@ impl ShardError {
     }
 }
 
-impl From<OutputError> for ShardError {
-    fn from(error: OutputError) -> Self {
-        FrameError::from(error).into()
-    }
-}
-
-impl From<RecordingError> for ShardError {
-    fn from(error: RecordingError) -> Self {
-        FrameError::from(error).into()
-    }
-}
-
-impl From<GpuError> for ShardError {
-    fn from(error: GpuError) -> Self {
-        FrameError::from(error).into()
-    }
-}
-
-impl From<VideoError> for ShardError {
-    fn from(error: VideoError) -> Self {
-        FrameError::from(error).into()
+impl<E: Into<FrameError>> From<E> for ShardError {
+    fn from(error: E) -> Self {
+        Self::Frame(error.into())
     }
 }

@@ -5,7 +5,7 @@ use super::shadow_layers::{SIZE, ShadowFaceRecord};
 use crate::renderer::gpu::formats::DEPTH_FORMAT;
 use crate::renderer::gpu::growing_buffer::GrowingBuffer;
 use crate::renderer::gpu::shaders;
-use crate::renderer::gpu::texture::texture;
+use crate::renderer::gpu::texture::{layer_view, layered_texture, texture};
 use crate::renderer::gpu::timestamps::Timestamps;
 use crate::renderer::resources::frame_tables::FrameTables;
 use crate::renderer::resources::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
@@ -49,32 +49,16 @@ pub(crate) fn face_stride(device: &wgpu::Device) -> u32 {
 
 impl Maps {
     pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, layers: usize) -> Self {
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("shadow maps"),
-            size: wgpu::Extent3d { width: SIZE, height: SIZE, depth_or_array_layers: layers as u32 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: DEPTH_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_DST;
+        let texture = layered_texture(device, "shadow maps", ((SIZE, SIZE), layers as u32), DEPTH_FORMAT, 1, usage);
+        let layers = (0..layers as u32).map(|layer| layer_view(&texture, "shadow layer", layer)).collect();
         let all = texture.create_view(&wgpu::TextureViewDescriptor {
             label: Some("shadow maps"),
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..wgpu::TextureViewDescriptor::default()
         });
-        let layer = |layer| {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                label: Some("shadow layer"),
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                base_array_layer: layer,
-                array_layer_count: Some(1),
-                ..wgpu::TextureViewDescriptor::default()
-            })
-        };
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("shadow maps"),
             ..wgpu::SamplerDescriptor::default()
@@ -87,7 +71,7 @@ impl Maps {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        Self { layers: (0..layers as u32).map(layer).collect(), group, texture }
+        Self { layers, group, texture }
     }
 
     /// Copies a base into a layer.

@@ -4,7 +4,7 @@
 //! detail.
 
 use super::grid::Grid;
-use crate::renderer::{Gpu, PICTURE_FORMAT};
+use crate::renderer::{Gpu, PICTURE_FORMAT, texture};
 use glam::{Mat4, Vec3, Vec4};
 use std::time::{Duration, Instant};
 use systems::assets::{Library, MeshId, world_bounds};
@@ -84,16 +84,8 @@ impl Floor {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
         });
-        let depth = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("floor"),
-            size: wgpu::Extent3d { width: view.width, height: view.height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Depth32Float,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
+        let (size, usage) = ((view.width, view.height), wgpu::TextureUsages::RENDER_ATTACHMENT);
+        let depth = texture(&gpu.device, "floor", size, wgpu::TextureFormat::Depth32Float, 1, usage);
         Some(Self {
             pipeline,
             view: view_group,

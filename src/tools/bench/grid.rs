@@ -6,6 +6,7 @@
 
 use super::maps;
 use crate::import::{self, ImportError};
+use crate::name::named;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
@@ -61,19 +62,16 @@ impl FromStr for GridMesh {
     }
 }
 
-/// Place of the camera.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum GridView {
-    /// Outside and above, the whole grid in view
-    #[default]
-    Wide,
-    /// Between the rows at 2 m, about a sixth of the grid in view
-    Inside,
-}
-
-impl GridView {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 2] = [("wide", Self::Wide), ("inside", Self::Inside)];
+named! {
+    /// Place of the camera.
+    #[derive(Default)]
+    pub enum GridView {
+        /// Outside and above, with the whole grid in view
+        #[default]
+        Wide = "wide",
+        /// Between the rows at 2 m, about a sixth of the grid in view
+        Inside = "inside",
+    }
 }
 
 /// Contents of a yard.

@@ -13,9 +13,9 @@ use super::trace::chrome_trace;
 use crate::frames::{self, FrameError};
 use crate::import::compress::compress_images;
 use crate::name;
-use crate::output::{self, OutputError};
+use crate::output;
 use crate::recording::RecordingError;
-use crate::renderer::{Gpu, GpuError, Occlusion, PICTURE_FORMAT, RenderError, Settings, SingleView};
+use crate::renderer::{Gpu, GpuError, Occlusion, PICTURE_FORMAT, RenderError, Settings, SingleView, texture};
 use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -32,18 +32,9 @@ pub enum BenchError {
     /// The scene.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// The scene of a file.
+    /// An error in drawing it, or in writing files.
     #[error(transparent)]
-    Scene(#[from] FrameError),
-    /// No adapter.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// Too large for the adapter.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// A file could not be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Frame(FrameError),
     /// Earlier results that cannot be compared with.
     #[error("{}: {place}: {message}", path.display())]
     Compare {
@@ -74,6 +65,12 @@ pub enum BenchError {
     },
 }
 
+impl<E: Into<FrameError>> From<E> for BenchError {
+    fn from(error: E) -> Self {
+        Self::Frame(error.into())
+    }
+}
+
 /// Draws a world into a texture.
 struct Bench {
     subject: Subject,
@@ -98,7 +95,7 @@ pub fn run(job: &BenchJob, started: Instant, mut progress: impl FnMut(u32, u32))
     if let (Some(picture), Some(trace)) = (&job.picture, &job.trace)
         && output::is_same(picture, trace)
     {
-        return Err(FrameError::from(RecordingError::taken(trace)).into());
+        return Err(RecordingError::taken(trace).into());
     }
     if let GridMesh::Model(model) = &job.plan.mesh {
         let outputs = || job.picture.iter().chain(&job.trace);
@@ -202,23 +199,15 @@ impl Bench {
         world.resource_mut::<LightPolicies>().forced = job.lights_policy.or(of_grid);
         world.resource_mut::<Library>().keep_texels(false);
         let limit = gpu.device.limits().max_texture_dimension_2d;
-        let (longest, (width, height)) = (job.size.0.max(job.size.1), job.size);
+        let longest = job.size.0.max(job.size.1);
         if longest > limit {
             let (needed, limit) = (longest.into(), limit.into());
             return Err(
                 RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit }.into()
             );
         }
-        let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("benchmark"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: PICTURE_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let target = texture(&gpu.device, "benchmark", job.size, PICTURE_FORMAT, 1, usage);
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
         let settings = Settings {
             technique: job.technique,

@@ -5,6 +5,7 @@
 
 use super::{MapError, Raster};
 use crate::import;
+use crate::name::named;
 use crate::output::{self, OutputError};
 use glam::Vec3;
 use image::{DynamicImage, ImageBuffer, ImageFormat};
@@ -13,40 +14,32 @@ use std::path::Path;
 use systems::assets::color::linear_from_srgb;
 use systems::lights::LUMINANCE;
 
-/// Channel of an image that is read as one value per texel.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Channel {
-    /// Red
-    R,
-    /// Green
-    G,
-    /// Blue
-    B,
-    /// Alpha; 1 in an image that has none
-    A,
-    /// 0.2126 r + 0.7152 g + 0.0722 b of the values as stored
-    Luminance,
+named! {
+    /// Channel of an image that is read as one value per texel.
+    pub enum Channel {
+        /// Red
+        R = "r",
+        /// Green
+        G = "g",
+        /// Blue
+        B = "b",
+        /// Alpha; 1 in an image without alpha
+        A = "a",
+        /// 0.2126 r + 0.7152 g + 0.0722 b of the values as stored
+        Luminance = "luminance",
+    }
 }
 
-impl Channel {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 5] =
-        [("r", Self::R), ("g", Self::G), ("b", Self::B), ("a", Self::A), ("luminance", Self::Luminance)];
-}
-
-/// Bits of each value of a PNG file.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Bits {
-    /// 8 bits
-    #[default]
-    Eight,
-    /// 16 bits
-    Sixteen,
-}
-
-impl Bits {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 2] = [("8", Self::Eight), ("16", Self::Sixteen)];
+named! {
+    /// Bits of each value of a PNG file.
+    #[derive(Default)]
+    pub enum Bits {
+        /// 8 bits
+        #[default]
+        Eight = "8",
+        /// 16 bits
+        Sixteen = "16",
+    }
 }
 
 /// An image as it is stored: 1 channel (grey), 2 (grey, alpha), 3 or 4.

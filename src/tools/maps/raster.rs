@@ -1,5 +1,6 @@
 //! An image as the map tools see it, and rows of one on all cores.
 
+use crate::name::named;
 use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
@@ -7,20 +8,19 @@ use std::thread;
 /// Callback for the progress of a tool: rows or lines finished, and their total. Any thread may call it.
 pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// Content beyond the edges of a map.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Edges {
-    /// The map again: it is a tile.
-    #[default]
-    Wrap,
-    /// The edge's texel.
-    Clamp,
+named! {
+    /// Content beyond the edges of a map.
+    #[derive(Default)]
+    pub enum Edges {
+        /// Repeat the map (tileable)
+        #[default]
+        Wrap = "wrap",
+        /// Repeat the edge texel
+        Clamp = "clamp",
+    }
 }
 
 impl Edges {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 2] = [("wrap", Self::Wrap), ("clamp", Self::Clamp)];
-
     /// The place on a side of that many texels that `at` stands for.
     pub fn inside(self, at: isize, size: usize) -> usize {
         match self {

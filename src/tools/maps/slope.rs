@@ -12,23 +12,20 @@
 //! most detail.
 
 use super::{Edges, Raster};
+use crate::name::named;
 
-/// Filter that takes the difference of neighbouring heights.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Filter {
-    /// Three rows weighted 1 2 1: the usual choice
-    #[default]
-    Sobel,
-    /// Three rows weighted 3 10 3: slopes turn with the image more exactly
-    Scharr,
-    /// The two neighbours alone: sharpest, and shows the steps of 8-bit heights
-    Central,
-}
-
-impl Filter {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("sobel", Self::Sobel), ("scharr", Self::Scharr), ("central", Self::Central)];
+named! {
+    /// Filter that takes the difference of neighbouring heights.
+    #[derive(Default)]
+    pub enum Filter {
+        /// 3×3, weights 1 2 1: the usual choice
+        #[default]
+        Sobel = "sobel",
+        /// 3×3, weights 3 10 3: closer to rotation invariance
+        Scharr = "scharr",
+        /// Central difference of two neighbours: sharpest, shows the steps of 8-bit heights
+        Central = "central",
+    }
 }
 
 /// Meaning of heights.

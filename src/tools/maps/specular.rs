@@ -16,36 +16,29 @@
 //! F0 = 0.04·(1 − metallic) + base·metallic, as in glTF. Alpha is the glossiness, 1 − roughness.
 
 use super::{Advance, Raster};
+use crate::name::named;
 use glam::Vec3;
 
-/// Meaning of the map that is given.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Polish {
-    /// 1 is polished
-    Gloss,
-    /// 1 is dull
-    Roughness,
+named! {
+    /// Meaning of the map that is given.
+    pub enum Polish {
+        /// 1 is smooth
+        Gloss = "gloss",
+        /// 1 is rough
+        Roughness = "roughness",
+    }
 }
 
-impl Polish {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 2] = [("gloss", Self::Gloss), ("roughness", Self::Roughness)];
-}
-
-/// For which lighting model the map is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum SpecularModel {
-    /// Phong and Blinn: rgb is the highlight's peak
-    #[default]
-    Phong,
-    /// Specular-glossiness: rgb is F0
-    SpecularGlossiness,
-}
-
-impl SpecularModel {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 2] =
-        [("phong", Self::Phong), ("specular_glossiness", Self::SpecularGlossiness)];
+named! {
+    /// For which lighting model the map is.
+    #[derive(Default)]
+    pub enum SpecularModel {
+        /// Phong and Blinn: rgb is the highlight's peak
+        #[default]
+        Phong = "phong",
+        /// Specular-glossiness: rgb is F0
+        SpecularGlossiness = "specular_glossiness",
+    }
 }
 
 /// Settings of a specular map.

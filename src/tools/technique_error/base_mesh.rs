@@ -1,20 +1,22 @@
 //! Meshes that techniques are compared on.
 
-use crate::name;
+use crate::name::{self, named};
 use glam::{UVec2, Vec2};
 use systems::assets::{Mesh, shapes};
 
 /// Triangles of the displaced figure, at the most.
 const MOST_TRIANGLES: f32 = 2.1e6;
-/// Mesh that is bumped.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum BaseMesh {
-    /// One quad of 2 m
-    Plane,
-    /// 1.8 m wide, of 32 × 16 quads
-    Sphere,
-    /// 2.08 m wide, of 48 × 24 quads
-    Torus,
+
+named! {
+    /// Mesh that is bumped.
+    pub enum BaseMesh {
+        /// One quad of 2 m
+        Plane = "plane",
+        /// 1.8 m wide, of 32 × 16 quads
+        Sphere = "sphere",
+        /// 2.08 m wide, of 48 × 24 quads
+        Torus = "torus",
+    }
 }
 
 impl serde::Serialize for BaseMesh {
@@ -24,10 +26,6 @@ impl serde::Serialize for BaseMesh {
 }
 
 impl BaseMesh {
-    /// All with their names.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("plane", Self::Plane), ("sphere", Self::Sphere), ("torus", Self::Torus)];
-
     /// Repetitions of the image along U and V: texels are about square.
     pub fn repeats(self) -> Vec2 {
         match self {

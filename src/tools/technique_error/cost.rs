@@ -3,7 +3,7 @@
 
 use super::test_scene::{Lit, Shown, TestScene};
 use crate::frames::FrameError;
-use crate::renderer::{PICTURE_FORMAT, Settings};
+use crate::renderer::{PICTURE_FORMAT, Settings, texture};
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
@@ -30,16 +30,8 @@ pub(super) fn measure(
     shown: &[Shown],
     counts: RangeInclusive<usize>,
 ) -> Result<Costs, FrameError> {
-    let target = stand.renderer.gpu().device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("cost"),
-        size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: PICTURE_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
+    let device = &stand.renderer.gpu().device;
+    let target = texture(device, "cost", size, PICTURE_FORMAT, 1, wgpu::TextureUsages::RENDER_ATTACHMENT);
     let target = target.create_view(&wgpu::TextureViewDescriptor::default());
     let mut rounds = Vec::new();
     let begun = Instant::now();

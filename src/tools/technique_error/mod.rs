@@ -21,11 +21,11 @@ mod truth;
 
 pub use base_mesh::BaseMesh;
 pub use job::{CompareJob, MOST_DEGREES, MOST_PIXELS};
-pub use report::{Errors, Report, Row};
+pub use report::{Report, Row};
 
 use crate::frames::FrameError;
 use crate::output::{self, OutputError};
-use crate::tools::compare::{self, CompareError};
+use crate::tools::compare::{self, CompareError, PictureError};
 use crate::tools::error::ToolError;
 use crate::tools::gallery::Sheet;
 use image::RgbImage;
@@ -138,7 +138,7 @@ impl Judge<'_> {
         Ok(Judged { row, picture: truth::encoded(&linear, self.size), error })
     }
 
-    fn errors(&self, truth: &[glam::Vec3], linear: &[glam::Vec3]) -> Result<(Errors, Vec<f32>), CompareError> {
+    fn errors(&self, truth: &[glam::Vec3], linear: &[glam::Vec3]) -> Result<(PictureError, Vec<f32>), CompareError> {
         let error = compare::luminance_error(&self.luminances(truth), &self.luminances(linear), self.counted);
         // What does not count is black in both: FLIP is a mean over the whole picture.
         let masked = |linear: &[glam::Vec3]| {
@@ -150,7 +150,7 @@ impl Judge<'_> {
         let flip = compare::flip(&masked(truth), &masked(linear))?;
         // Differences spread a little beyond the pixels that count: where those are few, to more than all of them.
         let flip = if counted > 0 { (flip / share).min(1.0) } else { 0.0 };
-        Ok((Errors { mean: error.mean, p99: error.p99, flip }, error.of_pixels))
+        Ok((PictureError { mean: error.mean, p99: error.p99, flip }, error.of_pixels))
     }
 
     /// Share of wrong shadows, where only one of the pictures has one. It counts pixels where the sun, without shadows,

@@ -2,6 +2,7 @@
 
 use super::base_mesh::BaseMesh;
 use crate::name;
+use crate::tools::compare::PictureError;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::fmt::{self, Write};
@@ -9,26 +10,15 @@ use std::fmt::{self, Write};
 /// The row of the displaced figure itself, drawn as an object like any other.
 pub(super) const GEOMETRY: &str = "geometry";
 
-/// Errors of a picture against another.
-#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize)]
-pub struct Errors {
-    /// Mean over the pixels that show the figure in both of |L − L_truth|, over the mean of L_truth there.
-    pub mean: f64,
-    /// 99 % of those pixels are at most this far off.
-    pub p99: f64,
-    /// FLIP over those pixels.
-    pub flip: f64,
-}
-
 /// Results of a technique.
 #[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct Row {
     /// Its name, or `geometry`.
     pub technique: &'static str,
     /// Against the truth.
-    pub shadowed: Errors,
+    pub shadowed: PictureError,
     /// Against the truth without shadows.
-    pub unshadowed: Errors,
+    pub unshadowed: PictureError,
     /// The share of pixels where the sun would shine, did nothing stand in its way, and technique and truth disagree
     /// whether anything does. None for geometry, which is the truth here.
     pub shadows: Option<f64>,
@@ -78,7 +68,7 @@ impl Report {
 
     /// A header, and a line for each technique.
     pub fn csv(&self) -> String {
-        let errors = |e: &Errors| format!("{:.5},{:.5},{:.5}", e.mean, e.p99, e.flip);
+        let errors = |e: &PictureError| format!("{:.5},{:.5},{:.5}", e.mean, e.p99, e.flip);
         let mut text = String::from(
             "technique,shadowed_mean,shadowed_p99,shadowed_flip,unshadowed_mean,unshadowed_p99,unshadowed_flip,\
              wrong_shadows,ms,times_off\n",

@@ -1,8 +1,8 @@
 //! Levels of detail of shapes, of pieces that meet, and of meshes that nothing can be made of.
 
+use crate::open_edges;
 use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
-use std::collections::HashMap;
 use systems::Simulation;
 use systems::assets::levels::{LevelOfDetail, MOST_LEVELS, simplify};
 use systems::assets::split::{Grid, split};
@@ -90,25 +90,9 @@ fn a_level_is_no_further_from_the_mesh_than_its_error() {
     }
 }
 
-/// Counts triangles along each edge, by its positions: +1 one way, −1 the other. Edges at 0 are removed.
-fn add_edges(edges: &mut HashMap<[[u32; 3]; 2], i32>, mesh: &Mesh, triangles: &[[u32; 3]]) {
-    let place = |index: u32| (mesh.positions[index as usize] + 0.0).to_array().map(f32::to_bits);
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(place);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let (key, way) = if from <= to { ([from, to], 1) } else { ([to, from], -1) };
-            if from != to {
-                *edges.entry(key).or_default() += way;
-            }
-        }
-    }
-    edges.retain(|_, ways| *ways != 0);
-}
-
-fn border(mesh: &Mesh, triangles: &[[u32; 3]]) -> HashMap<[[u32; 3]; 2], i32> {
-    let mut edges = HashMap::new();
-    add_edges(&mut edges, mesh, triangles);
-    edges
+/// Corners of triangles of a mesh.
+fn corners<'m>(mesh: &'m Mesh, triangles: &'m [[u32; 3]]) -> impl Iterator<Item = [Vec3; 3]> {
+    triangles.iter().map(|triangle| triangle.map(|index| mesh.positions[index as usize]))
 }
 
 #[test]
@@ -118,21 +102,20 @@ fn pieces_of_a_mesh_meet_at_every_pair_of_levels() {
         let pieces: Vec<_> = split(&mesh, Grid { counts: UVec3::new(2, 1, 2) }).into_iter().map(with_levels).collect();
         assert_eq!(pieces.len(), 4);
         assert!(pieces.iter().all(|(_, levels, _)| levels.len() > 2), "{}", mesh.name);
-        let mut whole = HashMap::new();
-        pieces.iter().for_each(|(piece, _, triangles)| add_edges(&mut whole, piece, &triangles[0]));
+        let whole = open_edges(pieces.iter().flat_map(|(piece, _, triangles)| corners(piece, &triangles[0])));
         assert_eq!(whole.is_empty(), mesh.name == "sphere");
         // Every other piece as it is, those between as coarse as can be: together they gape no more than the mesh did.
         for coarse in 0..4 {
-            let mut open = HashMap::new();
-            for (i, (piece, _, triangles)) in pieces.iter().enumerate() {
+            let open = open_edges(pieces.iter().enumerate().flat_map(|(i, (piece, _, triangles))| {
                 let level = if i == coarse { triangles.last() } else { triangles.first() };
-                add_edges(&mut open, piece, level.unwrap());
-            }
+                corners(piece, level.unwrap())
+            }));
             assert!(open == whole, "{}: piece {coarse} gapes", mesh.name);
         }
         for (piece, levels, triangles) in &pieces {
+            let border = open_edges(corners(piece, &triangles[0]));
             for (level, coarser) in levels.iter().zip(triangles) {
-                assert!(border(piece, coarser) == border(piece, &triangles[0]), "{}: {level:?}", piece.name);
+                assert!(open_edges(corners(piece, coarser)) == border, "{}: {level:?}", piece.name);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Meshes cut into pieces: nothing gapes, nothing is lost, nothing changes but where the cuts are.
 
+use crate::{bits, open_edges};
 use glam::{UVec2, UVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 use std::collections::HashMap;
@@ -8,10 +9,6 @@ use systems::assets::tangents::compute_tangents;
 use systems::assets::{Library, Mesh, shapes};
 use systems::space::Aabb;
 
-fn bits(v: Vec3) -> [u32; 3] {
-    (v + 0.0).to_array().map(f32::to_bits)
-}
-
 fn triangles(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
     mesh.indices.as_chunks::<3>().0.iter().map(|t| t.map(|i| mesh.positions[i as usize]))
 }
@@ -19,23 +16,6 @@ fn triangles(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
 fn area<'m>(meshes: impl IntoIterator<Item = &'m Mesh>) -> f64 {
     let doubled = |[a, b, c]: [Vec3; 3]| (b - a).as_dvec3().cross((c - a).as_dvec3()).length();
     meshes.into_iter().flat_map(triangles).map(doubled).sum::<f64>() * 0.5
-}
-
-/// Triangles along each edge by the bits of its ends, +1 one way and −1 the other; edges at 0 are left out. A closed
-/// surface has none. A vertex on one side of an edge that the other side does not have would leave three.
-fn open_edges<'m>(meshes: impl IntoIterator<Item = &'m Mesh>) -> HashMap<[[u32; 3]; 2], i32> {
-    let mut edges = HashMap::new();
-    for triangle in meshes.into_iter().flat_map(triangles) {
-        let [a, b, c] = triangle.map(bits);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let (key, way) = if from <= to { ([from, to], 1) } else { ([to, from], -1) };
-            if from != to {
-                *edges.entry(key).or_default() += way;
-            }
-        }
-    }
-    edges.retain(|_, ways| *ways != 0);
-    edges
 }
 
 /// Each piece lies in one cell of the grid, and no two in the same.
@@ -100,7 +80,7 @@ fn a_road_of_two_triangles_comes_apart() {
     assert_in_cells(&whole, grid, &pieces);
     assert!((area(&pieces) - 12_000.0).abs() < 1e-4, "{}", area(&pieces));
     // Open only around the road: as many edges as cells along its rim.
-    assert_eq!(open_edges(&pieces).len(), 2 * (3 + 250));
+    assert_eq!(open_edges(pieces.iter().flat_map(triangles)).len(), 2 * (3 + 250));
     for piece in &pieces {
         assert!(piece.normals.iter().all(|&n| n == Vec3::Y));
         assert!(piece.tangents.iter().all(|t| t.distance(Vec4::new(1.0, 0.0, 0.0, 1.0)) < 1e-6));
@@ -290,11 +270,11 @@ proptest! {
 
     #[test]
     fn pieces_of_any_surface_are_watertight(mesh in closed_mesh(), counts in prop::array::uniform3(1u32..9)) {
-        prop_assert!(open_edges([&mesh]).is_empty(), "the whole is closed");
+        prop_assert!(open_edges(triangles(&mesh)).is_empty(), "the whole is closed");
         let whole = with_linear_attributes(mesh);
         let grid = Grid { counts: UVec3::from_array(counts) };
         let pieces = split(&whole, grid);
-        let open = open_edges(&pieces);
+        let open = open_edges(pieces.iter().flat_map(triangles));
         prop_assert!(open.is_empty(), "{} open edges", open.len());
         prop_assert!((area(&pieces) - area([&whole])).abs() < 1e-4 * area([&whole]).max(1.0));
         assert_in_cells(&whole, grid, &pieces);

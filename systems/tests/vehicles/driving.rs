@@ -1,6 +1,6 @@
 //! The models that vehicles move by, against their closed forms.
 
-use bevy_ecs::prelude::*;
+use crate::{state, steps};
 use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
@@ -18,14 +18,6 @@ fn simulation(plans: Vec<RoutePlan>) -> Simulation {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Routes::new(plans, false, 1));
     simulation
-}
-
-fn steps(simulation: &mut Simulation, count: usize) {
-    (0..count).for_each(|_| simulation.step());
-}
-
-fn state<T: Component + Clone>(simulation: &Simulation, entity: Entity) -> T {
-    simulation.world.get::<T>(entity).expect("a component").clone()
 }
 
 /// A ring of that radius, counter-clockwise seen from above (left turns all the way).

@@ -1,5 +1,6 @@
 //! Physical vehicles against closed forms, and what must hold whatever happens to them.
 
+use crate::steps;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec2, Vec3};
@@ -56,10 +57,6 @@ fn simulation() -> Simulation {
     let mut schedules = simulation.world.resource_mut::<Schedules>();
     schedules.add_systems(Parts, obey.after(driving::drive).before(systems::physics::update_ground));
     simulation
-}
-
-fn steps(simulation: &mut Simulation, count: usize) {
-    (0..count).for_each(|_| simulation.step());
 }
 
 fn motion(simulation: &Simulation, vehicle: Entity) -> Motion {

@@ -1,5 +1,6 @@
 //! Nothing adds up wrongly: vehicles far from the origin, in steps from 0.1 ms to 1 s, kinematic and physical.
 
+use crate::state;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use systems::Simulation;
@@ -32,10 +33,6 @@ fn drive(simulation: &mut Simulation, at: f64, speed: f64) -> Entity {
 fn run(simulation: &mut Simulation, seconds: f64) {
     let steps = (seconds / simulation.world.resource::<Clock>().step_seconds).round() as u64;
     (0..steps).for_each(|_| simulation.step());
-}
-
-fn state<T: Component + Clone>(simulation: &Simulation, entity: Entity) -> T {
-    simulation.world.get::<T>(entity).expect("a component").clone()
 }
 
 /// Seconds of a run in steps so short: enough steps that 32 bits would have lost their way, few enough for a test.

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn lamps_shine_ahead_and_not_on_their_own_vehicle() {
-    let (mut simulation, _) = Folder::new().types(TYPES);
+    let (mut simulation, _) = Folder::with_cart().types(TYPES);
     let (kind, _) = find(&simulation, "cart");
     simulation.world.spawn(Vehicle::of(kind));
     let wall = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
@@ -27,8 +27,8 @@ fn lamps_shine_ahead_and_not_on_their_own_vehicle() {
 /// The way of each lamp's light while the vehicle stands at the origin, by the name of its node, and what is said of
 /// them.
 fn ways(lamps: &str, nodes: Value) -> (Vec<(String, Vec3)>, Vec<String>) {
-    let folder = Folder::new();
-    folder.file("made.gltf", &model(&[vec![block(Vec3::splat(0.1), Vec3::ZERO)]], nodes));
+    let folder = Folder::with_cart();
+    folder.file("made.gltf", model(&[vec![block(Vec3::splat(0.1), Vec3::ZERO)]], nodes));
     let (simulation, warnings) =
         folder.types(&format!(r#"(types: {{ "t": (model: "made.gltf", lamps: [{lamps}]) }})"#));
     let parts = find(&simulation, "t").1.parts;
@@ -142,7 +142,7 @@ fn a_lamp_follows_its_node_its_light_and_its_direction() {
     assert!(warnings.len() == 1 && warnings[0].contains("direction of lamp \"lamp\" has no effect"), "{warnings:?}");
     let text =
         r#"(types: { "t": (model: "cart.gltf", lamps: [(nodes: ["lamp"], kind: head, direction: (0, 0, 0))]) })"#;
-    let problems = Folder::new().problems("vehicles.ron", text);
+    let problems = Folder::with_cart().problems_of("vehicles.ron", text);
     assert!(problems.len() == 1 && problems[0].contains("lamps[0].direction: expected a direction"), "{problems:?}");
 }
 
@@ -163,9 +163,9 @@ fn a_lamp_at_a_flat_node_has_no_light_and_is_named() {
         }
     }
     // What is drawn there is where it was.
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let nodes = json!([{ "name": "plate", "mesh": 0, "scale": [1, 1, 0], "rotation": [0, 0.6, 0, 0.8] }]);
-    folder.file("made.gltf", &model(&[vec![block(Vec3::ONE, Vec3::ZERO)]], nodes));
+    folder.file("made.gltf", model(&[vec![block(Vec3::ONE, Vec3::ZERO)]], nodes));
     let (simulation, warnings) = folder.types(r#"(types: { "t": (model: "made.gltf") })"#);
     assert_eq!(warnings, [] as [String; 0]);
     let parts = find(&simulation, "t").1.parts;
@@ -187,8 +187,8 @@ fn nodes_of_one_name_are_said_to_be_ambiguous() {
 #[test]
 fn a_lamp_casts_shadows_as_its_light_or_its_entry_says() {
     let node = json!([{ "name": "lamp", "mesh": 0, "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
-    let folder = Folder::new();
-    folder.file("made.gltf", &model(&[vec![block(Vec3::splat(0.1), Vec3::ZERO)]], node));
+    let folder = Folder::with_cart();
+    folder.file("made.gltf", model(&[vec![block(Vec3::splat(0.1), Vec3::ZERO)]], node));
     let shadows = |lamp: &str| {
         let text =
             format!(r#"(types: {{ "t": (model: "made.gltf", lamps: [(nodes: ["lamp"], kind: head, {lamp})]) }})"#);
@@ -201,6 +201,6 @@ fn a_lamp_casts_shadows_as_its_light_or_its_entry_says() {
     assert!(!shadows("light: spot(outer_degrees: 30)").0 && !shadows("").0);
     assert_eq!(shadows("shadows: true"), (true, 0.15));
     let text = r#"(types: { "t": (model: "cart.gltf", lamps: [(nodes: ["lamp"], kind: head, light: point(), shadows: true)]) })"#;
-    let problems = folder.problems("vehicles.ron", text);
+    let problems = folder.problems_of("vehicles.ron", text);
     assert!(problems.len() == 1 && problems[0].contains("lamps[0].shadows: not allowed with `light`"), "{problems:?}");
 }

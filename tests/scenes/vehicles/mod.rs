@@ -4,7 +4,7 @@ mod lamps;
 mod types;
 mod wheels;
 
-use crate::common;
+use crate::{Folder, common};
 use base64::Engine;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
@@ -12,7 +12,6 @@ use glam::{Affine3A, Quat, Vec3};
 use relief::scene::{self, load_vehicle_types};
 use serde_json::{Value, json};
 use std::f32::consts::PI;
-use std::path::PathBuf;
 use systems::Simulation;
 use systems::assets::{Library, MaterialId, Mesh, MeshId, shapes};
 use systems::lights::{Light, SelectedLights};
@@ -61,19 +60,12 @@ const TYPES: &str = r#"(types: {
     ),
 })"#;
 
-struct Folder(tempfile::TempDir);
-
 impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().expect("a temporary folder"));
+    /// With the model of the cart.
+    fn with_cart() -> Self {
+        let folder = Self::new();
         folder.file("cart.gltf", CART);
         folder
-    }
-
-    fn file(&self, name: &str, content: &str) -> PathBuf {
-        let path = self.0.path().join(name);
-        std::fs::write(&path, content).expect("written");
-        path
     }
 
     fn types(&self, text: &str) -> (Simulation, Vec<String>) {
@@ -82,13 +74,8 @@ impl Folder {
         (simulation, warnings.unwrap_or_else(|e| panic!("{e}")))
     }
 
-    /// Everything wrong with a file, without the path.
-    fn problems(&self, name: &str, text: &str) -> Vec<String> {
-        let path = self.file(name, text);
-        let start = format!("{}:", path.display());
-        let folder = format!("{}/", self.0.path().display());
-        let texts = scene::check(&path, Simulation::new).into_iter().map(|p| p.to_string());
-        texts.map(|t| t.strip_prefix(&start).expect("starts with the path").trim().replace(&folder, "")).collect()
+    fn problems_of(&self, name: &str, text: &str) -> Vec<String> {
+        self.problems_in(Simulation::new, name, text)
     }
 }
 

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_model_stands_on_its_wheels_whatever_its_origin() {
-    let (mut simulation, warnings) = Folder::new().types(TYPES);
+    let (mut simulation, warnings) = Folder::with_cart().types(TYPES);
     assert_eq!(warnings, [] as [String; 0]);
     let (kind, cart) = find(&simulation, "cart");
     assert!((cart.wheelbase - 2.5).abs() < 1e-5 && (cart.track - 1.2).abs() < 1e-5, "{cart:?}");
@@ -41,7 +41,7 @@ fn a_model_stands_on_its_wheels_whatever_its_origin() {
 
 #[test]
 fn paint_and_glow_are_materials_of_their_own() {
-    let (mut simulation, _) = Folder::new().types(TYPES);
+    let (mut simulation, _) = Folder::with_cart().types(TYPES);
     let (kind, cart) = find(&simulation, "cart");
     assert_eq!(cart.paints, [Vec3::X, Vec3::Z]);
     let blue = simulation.world.spawn(Vehicle::of(kind).painted(1)).id();
@@ -61,7 +61,7 @@ fn paint_and_glow_are_materials_of_their_own() {
 
 #[test]
 fn everything_wrong_with_types_is_said_with_its_place() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let text = r#"(types: {
     "a": (model: "cart.gltf", wheelbase: 0, wheels: [(nodes: ["front lft"], radius: -1)], mass: 1e30),
     "b": (model: "missing.gltf", wheels: [(nodes: ["x"])]),
@@ -70,7 +70,7 @@ fn everything_wrong_with_types_is_said_with_its_place() {
     "c": (model: "cart.gltf", limits: (braking: 0, steering_degrees: 90), driver: (headway_seconds: -1)),
     "d": (model: "cart.gltf", swings: [(node: "body", degrees: 30, stride_metres: 0)], trailer: (node: "bdy", length: 0), forks: [""]),
 })"#;
-    let problems = folder.problems("vehicles.ron", text);
+    let problems = folder.problems_of("vehicles.ron", text);
     let expected = [
         r#"2:42: types["a"].wheelbase: expected a number from 0.05 to 100, found 0"#,
         r#"2:63: types["a"].wheels[0].nodes[0]: unknown node "front lft"; did you mean "front left"?"#,
@@ -98,7 +98,7 @@ fn everything_wrong_with_types_is_said_with_its_place() {
 
 #[test]
 fn a_file_that_is_refused_leaves_everything_as_it_was() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let mut simulation = Simulation::new();
     let sizes = simulation.library().sizes();
     for text in
@@ -114,7 +114,7 @@ fn a_file_that_is_refused_leaves_everything_as_it_was() {
 
 #[test]
 fn a_scene_names_types_and_has_vehicles_of_them() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     folder.file("vehicles.ron", TYPES);
     let text = r#"(
         vehicle_types: ["vehicles.ron"],
@@ -162,9 +162,9 @@ fn the_old_name_of_manual_is_read_with_a_warning() {
 
 #[test]
 fn a_scenes_problems_include_those_of_its_types() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     folder.file("vehicles.ron", "(types: {\"a\": (model: \"cart.gltf\", mass: 0)})");
-    let problems = folder.problems(
+    let problems = folder.problems_of(
         "scene.ron",
         r#"(vehicle_types: ["vehicles.ron", "gone.ron"],
         meshes: {"m": cube()}, entities: [(vehicle: (type: "a"), mesh: "m")])"#,
@@ -187,13 +187,13 @@ fn a_scenes_problems_include_those_of_its_types() {
 #[test]
 fn the_milk_truck_drives() {
     let Some(data) = common::test_data() else { return };
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let model = data.join("models/CesiumMilkTruck/CesiumMilkTruck.glb").display().to_string();
     let of_nodes = |front: &str, rear: &str| {
         let wheels = format!("wheels: [(nodes: [{front:?}], steers: true), (nodes: [{rear:?}])]");
         format!("(types: {{\"truck\": (model: {model:?}, transform: (rotation_degrees: (0, 90, 0)), {wheels})}})")
     };
-    let wrong = folder.problems("vehicles.ron", &of_nodes("nod 2", "node 4"));
+    let wrong = folder.problems_of("vehicles.ron", &of_nodes("nod 2", "node 4"));
     assert!(wrong.len() == 1 && wrong[0].contains("unknown node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
     let (mut simulation, _) = folder.types(&of_nodes("node 2", "node 4"));
     let (kind, truck) = find(&simulation, "truck");

@@ -89,8 +89,8 @@ fn wheels_of_every_make_stand_on_the_road_and_turn_about_their_hubs() {
     );
     makes.push(("tyre below the rim", vec![tyre(), vec![block(Vec3::ONE * 0.01, Vec3::ZERO), disc(0.3)]], nested));
     for (make, meshes, nodes) in makes {
-        let folder = Folder::new();
-        folder.file("made.gltf", &model(&meshes, nodes));
+        let folder = Folder::with_cart();
+        folder.file("made.gltf", model(&meshes, nodes));
         let types = r#"(types: { "made": (model: "made.gltf", wheels: [(nodes: ["fl", "fr"], steers: true), (nodes: ["rl", "rr"])]) })"#;
         let (mut simulation, warnings) = folder.types(types);
         assert_eq!(warnings, [] as [String; 0], "{make}");
@@ -138,9 +138,9 @@ fn nodes_with_one_hub_are_one_wheel() {
     let of = |kind: &str, mesh| {
         names.iter().zip(places).map(|(n, (x, z))| node(&format!("{kind} {n}"), mesh, x, z)).collect::<Vec<_>>()
     };
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let nodes = [of("rim", 0), of("tyre", 1)].concat();
-    folder.file("made.gltf", &model(&[vec![disc(0.3)], vec![disc(0.5)]], Value::Array(nodes)));
+    folder.file("made.gltf", model(&[vec![disc(0.3)], vec![disc(0.5)]], Value::Array(nodes)));
     let wheels = r#"(nodes: ["rim fl", "rim fr", "tyre fl", "tyre fr"], steers: true), (nodes: ["rim rl", "rim rr", "tyre rl", "tyre rr"])"#;
     let (simulation, warnings) =
         folder.types(&format!(r#"(types: {{ "made": (model: "made.gltf", wheels: [{wheels}]) }})"#));
@@ -160,7 +160,7 @@ fn nodes_with_one_hub_are_one_wheel() {
 /// The trailer's node and a fork's are turned and scaled: what turns in them turns about the vehicle's axles.
 #[test]
 fn wheels_below_moving_parts_turn_about_the_vehicles_axles() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let half = (0.4f32 / 2.0).sin_cos();
     let nodes = json!([
         { "name": "trailer", "rotation": [0, 1, 0, 0], "scale": [2, 2, 2], "children": [1] },
@@ -170,7 +170,7 @@ fn wheels_below_moving_parts_turn_about_the_vehicles_axles() {
         { "name": "front", "mesh": 0, "translation": [0, -0.4, 0] },
         { "name": "rear", "mesh": 0, "translation": [0, 0.5, 0] },
     ]);
-    folder.file("made.gltf", &model(&[vec![disc(0.5)], vec![disc(0.25)]], nodes));
+    folder.file("made.gltf", model(&[vec![disc(0.5)], vec![disc(0.25)]], nodes));
     let (mut simulation, _) = folder.types(
         r#"(types: { "made": (model: "made.gltf", wheels: [(nodes: ["tl", "front", "rear"])], forks: ["fork"], trailer: (node: "trailer", length: 4)) })"#,
     );
@@ -192,7 +192,7 @@ fn wheels_below_moving_parts_turn_about_the_vehicles_axles() {
 
 #[test]
 fn what_is_no_round_wheel_is_said_with_what_was_measured() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     let body = || block(Vec3::new(1.8, 1.2, 4.0), Vec3::new(0.0, 1.0, 1.2));
     let wheel = |x: f32, z: f32| moved(disc(0.5), Affine3A::from_translation(Vec3::new(x, 0.5, z)));
     let whole = [(0.8, 0.0), (-0.8, 0.0), (0.8, 2.5), (-0.8, 2.5)].map(|(x, z)| wheel(x, z));
@@ -205,9 +205,9 @@ fn what_is_no_round_wheel_is_said_with_what_was_measured() {
     ]);
     let mut car = vec![body()];
     car.extend(whole);
-    folder.file("made.gltf", &model(&[car, vec![block(Vec3::ONE, Vec3::ZERO)], sticks_out], nodes));
+    folder.file("made.gltf", model(&[car, vec![block(Vec3::ONE, Vec3::ZERO)], sticks_out], nodes));
     let of = |wheels: &str| format!(r#"(types: {{ "t": (model: "made.gltf", wheels: [{wheels}]) }})"#);
-    let said = |wheels: &str| folder.problems("vehicles.ron", &of(wheels));
+    let said = |wheels: &str| folder.problems_of("vehicles.ron", &of(wheels));
     let cases = [
         (
             r#"(nodes: ["car"])"#,

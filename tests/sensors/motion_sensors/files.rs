@@ -1,10 +1,9 @@
 //! The files of these sensors: the same for any threads and parts of a run, and read by others.
 
-use crate::common::{self, relief, scene_folder, text};
+use crate::common::{self, relief, scene_folder, succeeds, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// A car that drives round and round, with all of these sensors, and noise.
 const SCENE: &str = r#"(
@@ -30,8 +29,7 @@ const SCENE: &str = r#"(
 /// The files of the sensors of a run, by their paths.
 fn rendered(folder: &Path, args: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
     let whole = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--format", "npy,npz"];
-    let output = relief(&[&whole[..], args].concat(), folder);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeds(&[&whole[..], args].concat(), folder);
     let out = folder.join("out");
     let mut found = BTreeMap::new();
     for name in ["unit", "mast", "lane", "bumper"] {
@@ -46,9 +44,7 @@ fn rendered(folder: &Path, args: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn threads_parts_and_snapshots_of_a_run_make_the_bytes_of_the_run() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
     let expected = rendered(folder.path(), &["--frames", "20"]);
     assert_eq!(expected.len(), 2 * (10 + 7 + 20 + 20));
@@ -75,13 +71,10 @@ fn threads_parts_and_snapshots_of_a_run_make_the_bytes_of_the_run() {
 
 #[test]
 fn others_read_the_files_and_the_log() {
-    if common::gpu().is_none() {
-        return;
-    }
+    let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
     let log = ["render", "scene.ron", "-o", "run", "--sensors", "ego/unit,ego/mast", "--format", "npy,npz,mcap"];
-    let output = relief(&[&log[..], &["--frames", "9"]].concat(), folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeds(&[&log[..], &["--frames", "9"]].concat(), folder.path());
     let modules = ["numpy", "mcap", "mcap_ros2"];
     let run = folder.path().join("run");
     let Some(output) = common::python("motion_sensors.py", &modules, &[run.as_os_str()]) else { return };
@@ -107,11 +100,11 @@ fn sensors_that_need_no_picture_need_no_adapter() {
     let folder = scene_folder(&scene);
     image::RgbImage::from_pixel(4, 4, image::Rgb([200, 10, 10])).save(folder.path().join("red.png")).expect("written");
     let render = |sensors: &str, out: &str, drivers: Option<&str>| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
-        command.args(["render", "scene.ron", "-o", out, "--sensors", sensors, "--format", "npy", "--frames", "5"]);
+        let args = ["render", "scene.ron", "-o", out, "--sensors", sensors, "--format", "npy", "--frames", "5"];
+        let mut command = common::command(&args, folder.path());
         // Vulkan's loader finds no driver there.
         drivers.iter().for_each(|file| _ = command.env("VK_DRIVER_FILES", file));
-        command.current_dir(folder.path()).output().expect("the binary runs")
+        command.output().expect("the binary runs")
     };
     let none = Some("/nonexistent");
     let all = "ego/unit,ego/mast,ego/lane,ego/bumper,ego/top";
@@ -163,12 +156,7 @@ fn faults_of_these_sensors_name_their_place() {
     ];
     for (of_scene, sensor, expected) in cases {
         let folder = scene_folder(&format!("({of_scene} entities: [(name: \"eye\", sensor: {sensor})])"));
-        let output = relief(&["check", "scene.ron"], folder.path());
-        let said = text(&output.stdout) + &text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{sensor}: {said}");
-        assert!(said.contains(expected), "{expected} is not in: {said}");
+        common::assert_fails_to_check(folder.path(), expected);
     }
-    let folder = scene_folder(SCENE);
-    let output = relief(&["check", "scene.ron"], folder.path());
-    assert!(output.status.success(), "{}", text(&output.stdout));
+    succeeds(&["check", "scene.ron"], scene_folder(SCENE).path());
 }

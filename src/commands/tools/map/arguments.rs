@@ -1,14 +1,19 @@
 //! Arguments of each map tool, and its help.
 
-use crate::commands::common::arguments::{self, choice};
+use crate::commands::common::arguments::{self, choice, number};
 use crate::output;
 use crate::tools::maps::files::{self, Bits, Channel};
 use crate::tools::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
 };
 use clap::Args;
-use clap::builder::TypedValueParser;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+
+/// Scales and strengths.
+const FACTORS: RangeInclusive<f32> = 0.0..=1000.0;
+/// Standard deviations of a blur: beyond these it would take minutes.
+const RADII: RangeInclusive<f32> = 0.0..=512.0;
 
 /// Arguments of all tools.
 #[derive(Args)]
@@ -49,13 +54,13 @@ pub struct HeightsArgs {
     /// Height map: 0 deepest, 1 highest; grey of 8 or 16 bits, or floats (.exr)
     pub height: PathBuf,
     /// Channel of a colour image that holds the heights
-    #[arg(long, value_name = "CHANNEL", value_parser = channel())]
+    #[arg(long, value_name = "CHANNEL", value_parser = choice(&Channel::ALL, Channel::help))]
     pub channel: Option<Channel>,
     /// Depth from black to white as a fraction of the image width, like height_scale_uv; texels are square
-    #[arg(long, value_name = "S", default_value_t = 0.02, value_parser = parse_factor)]
+    #[arg(long, value_name = "S", default_value_t = 0.02, value_parser = number(FACTORS))]
     pub height_scale: f32,
     /// Values beyond the edges
-    #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = edges())]
+    #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = choice(&Edges::ALL, Edges::help))]
     pub edges: Edges,
     /// Invert the heights, for maps in which white is deep
     #[arg(long)]
@@ -73,10 +78,10 @@ impl HeightsArgs {
 #[derive(Args)]
 pub struct SlopeArgs {
     /// Derivative filter
-    #[arg(long, default_value = "sobel", value_name = "FILTER", value_parser = filter())]
+    #[arg(long, default_value = "sobel", value_name = "FILTER", value_parser = choice(&Filter::ALL, Filter::help))]
     pub filter: Filter,
     /// Factor of all slopes
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = number(FACTORS))]
     pub strength: f32,
     /// Green points down the image, as in DirectX; Relief and glTF expect up
     #[arg(long)]
@@ -101,7 +106,7 @@ pub struct NormalArgs {
     #[command(flatten)]
     pub slopes: SlopeArgs,
     /// Bits per channel of a PNG [default: 8]
-    #[arg(long, value_name = "8|16", value_parser = bits())]
+    #[arg(long, value_name = "8|16", value_parser = choice(&Bits::ALL, Bits::help))]
     pub bits: Option<Bits>,
 }
 
@@ -126,25 +131,25 @@ pub struct HeightArgs {
     #[command(flatten)]
     pub common: CommonArgs,
     /// High-pass radius in texels, to remove shading from a photograph; 0: off
-    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_radius)]
+    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = number(RADII))]
     pub remove_shading: f32,
     /// Blur radius in texels, against noise; 0: off
-    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_radius)]
+    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = number(RADII))]
     pub blur: f32,
     /// Amount of sharpening; 1 is strong
-    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_factor)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = number(FACTORS))]
     pub sharpen: f32,
     /// Factor of the distance from mid grey
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = number(FACTORS))]
     pub contrast: f32,
     /// Invert: dark is high
     #[arg(long)]
     pub invert: bool,
     /// Values beyond the edges
-    #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = edges())]
+    #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = choice(&Edges::ALL, Edges::help))]
     pub edges: Edges,
     /// Bits per channel of a PNG; 8 cause visible steps in normals [default: 16]
-    #[arg(long, value_name = "8|16", value_parser = bits())]
+    #[arg(long, value_name = "8|16", value_parser = choice(&Bits::ALL, Bits::help))]
     pub bits: Option<Bits>,
 }
 
@@ -178,7 +183,7 @@ pub struct HorizonArgs {
     #[arg(long, value_name = "TEXELS", value_parser = arguments::whole(1..=u32::MAX))]
     pub max_distance: Option<u32>,
     /// Bits per channel of a PNG [default: 8]
-    #[arg(long, value_name = "8|16", value_parser = bits())]
+    #[arg(long, value_name = "8|16", value_parser = choice(&Bits::ALL, Bits::help))]
     pub bits: Option<Bits>,
 }
 
@@ -229,16 +234,16 @@ pub struct SpecularArgs {
     #[arg(value_name = "MAP")]
     pub polish: PathBuf,
     /// Channel of a colour image that holds the map; glTF stores roughness in green
-    #[arg(long, value_name = "CHANNEL", value_parser = channel())]
+    #[arg(long, value_name = "CHANNEL", value_parser = choice(&Channel::ALL, Channel::help))]
     pub channel: Option<Channel>,
     /// Meaning of the map
-    #[arg(long, value_name = "WHAT", value_parser = polish())]
+    #[arg(long, value_name = "WHAT", value_parser = choice(&Polish::ALL, Polish::help))]
     pub from: Polish,
     /// Lighting model of the material
-    #[arg(long, default_value = "phong", value_name = "MODEL", value_parser = model())]
+    #[arg(long, default_value = "phong", value_name = "MODEL", value_parser = choice(&SpecularModel::ALL, SpecularModel::help))]
     pub shading: SpecularModel,
     /// Reflectance of dielectrics at normal incidence
-    #[arg(long, value_name = "F0", default_value_t = 0.04, value_parser = parse_share)]
+    #[arg(long, value_name = "F0", default_value_t = 0.04, value_parser = number(0.0f32..=1.0))]
     pub dielectric: f32,
     /// Base colour map, for metals
     #[arg(long, value_name = "COLOR", requires = "metallic")]
@@ -249,7 +254,7 @@ pub struct SpecularArgs {
     #[command(flatten)]
     pub common: CommonArgs,
     /// Bits per channel of a PNG [default: 8]
-    #[arg(long, value_name = "8|16", value_parser = bits())]
+    #[arg(long, value_name = "8|16", value_parser = choice(&Bits::ALL, Bits::help))]
     pub bits: Option<Bits>,
 }
 
@@ -262,68 +267,3 @@ Examples:
   relief map specular sword_gloss.png -o sword_specular.png --from gloss --preview look.png
   relief map specular orm.png -o s.png --from roughness --channel g --base color.png --metallic orm.png
 A Phong material then has: specular_map: \"sword_specular.png\", specular_factor: (1, 1, 1)";
-
-fn channel() -> impl TypedValueParser<Value = Channel> {
-    choice(&Channel::ALL, |channel| match channel {
-        Channel::R => "Red",
-        Channel::G => "Green",
-        Channel::B => "Blue",
-        Channel::A => "Alpha; 1 in an image without alpha",
-        Channel::Luminance => "0.2126 r + 0.7152 g + 0.0722 b of the values as stored",
-    })
-}
-
-pub(super) fn bits() -> impl TypedValueParser<Value = Bits> {
-    choice(&Bits::ALL, |bits| match bits {
-        Bits::Eight => "8 bits",
-        Bits::Sixteen => "16 bits",
-    })
-}
-
-fn edges() -> impl TypedValueParser<Value = Edges> {
-    choice(&Edges::ALL, |edges| match edges {
-        Edges::Wrap => "Repeat the map (tileable)",
-        Edges::Clamp => "Repeat the edge texel",
-    })
-}
-
-fn filter() -> impl TypedValueParser<Value = Filter> {
-    choice(&Filter::ALL, |filter| match filter {
-        Filter::Sobel => "3×3, weights 1 2 1: the usual choice",
-        Filter::Scharr => "3×3, weights 3 10 3: closer to rotation invariance",
-        Filter::Central => "Central difference of two neighbours: sharpest, shows the steps of 8-bit heights",
-    })
-}
-
-fn polish() -> impl TypedValueParser<Value = Polish> {
-    choice(&Polish::ALL, |polish| match polish {
-        Polish::Gloss => "1 is smooth",
-        Polish::Roughness => "1 is rough",
-    })
-}
-
-fn model() -> impl TypedValueParser<Value = SpecularModel> {
-    choice(&SpecularModel::ALL, |model| match model {
-        SpecularModel::Phong => "Phong and Blinn: rgb is the highlight's peak",
-        SpecularModel::SpecularGlossiness => "Specular-glossiness: rgb is F0",
-    })
-}
-
-/// A scale or strength.
-fn parse_factor(text: &str) -> Result<f32, String> {
-    parse(text, 1000.0)
-}
-
-/// Standard deviation of a blur: beyond this it would take minutes.
-fn parse_radius(text: &str) -> Result<f32, String> {
-    parse(text, 512.0)
-}
-
-fn parse_share(text: &str) -> Result<f32, String> {
-    parse(text, 1.0)
-}
-
-fn parse(text: &str, most: f32) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|number| (0.0..=most).contains(number));
-    number.ok_or_else(|| format!("expected a number from 0 to {most}{}", arguments::pointed(text)))
-}

@@ -1,48 +1,33 @@
 //! `relief map bake` and `relief map tile`: what they take, and what they do with it.
 
-use super::arguments::bits;
 use super::made::Made;
-use crate::commands::common::arguments;
+use crate::commands::common::arguments::{self, choice};
+use crate::name::{self, named};
+use crate::output;
 use crate::tools::maps::bake::{
     BakeOptions, Baked, MAX_SIDE, Reach, Role, Surface, Target, TileOptions, Wanted, bake as bake_maps, bake_tile,
     preview,
 };
 use crate::tools::maps::files::{self, Bits};
 use crate::tools::maps::{Advance, MapError};
-use crate::{name, output};
 use clap::Args;
-use clap::builder::TypedValueParser;
 use glam::{Affine3A, UVec2, Vec2};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use systems::assets::shapes;
 
-/// A map that a bake makes; its file is named after it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum BakedMap {
-    Normal,
-    Height,
-    Occlusion,
-    Coverage,
-}
-
-impl BakedMap {
-    /// All maps with the names that they are asked for by, and that their files have.
-    const ALL: [(&'static str, Self); 4] = [
-        ("normal", Self::Normal),
-        ("height", Self::Height),
-        ("occlusion", Self::Occlusion),
-        ("coverage", Self::Coverage),
-    ];
-}
-
-fn baked_map() -> impl TypedValueParser<Value = BakedMap> {
-    arguments::choice(&BakedMap::ALL, |map| match map {
-        BakedMap::Normal => "Tangent-space normals, green up",
-        BakedMap::Height => "Distance from the low-poly mesh, 16 bits",
-        BakedMap::Occlusion => "Ambient occlusion: unoccluded share of the sky, 8 bits",
-        BakedMap::Coverage => "White baked, grey missed, black outside the UV charts, 8 bits",
-    })
+named! {
+    /// A map that a bake makes; its file is named after it.
+    pub enum BakedMap {
+        /// Tangent-space normals, green up
+        Normal = "normal",
+        /// Distance from the low-poly mesh, 16 bits
+        Height = "height",
+        /// Ambient occlusion: unoccluded share of the sky, 8 bits
+        Occlusion = "occlusion",
+        /// White baked, grey missed, black outside the UV charts, 8 bits
+        Coverage = "coverage",
+    }
 }
 
 /// Arguments of both tools.
@@ -53,7 +38,7 @@ pub struct CommonArgs {
     pub output: PathBuf,
     /// Maps to write, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "normal,height,occlusion", value_name = "MAPS")]
-    #[arg(value_parser = baked_map())]
+    #[arg(value_parser = choice(&BakedMap::ALL, BakedMap::help))]
     pub maps: Vec<BakedMap>,
     /// Rays per texel for the occlusion map: more are slower and less noisy
     #[arg(long, default_value_t = 24, value_name = "N", value_parser = arguments::whole(1u32..=65536))]
@@ -62,7 +47,7 @@ pub struct CommonArgs {
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub occlusion_distance: Option<f32>,
     /// Bits per channel of the normal map [default: 8]
-    #[arg(long, value_name = "8|16", value_parser = bits())]
+    #[arg(long, value_name = "8|16", value_parser = choice(&Bits::ALL, Bits::help))]
     pub bits: Option<Bits>,
     /// Also draw a lit preview of the mesh without and with the maps, 1536x768; needs a graphics adapter
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
