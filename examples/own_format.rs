@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         run: RunJob { frames: Frames::First(13), ..RunJob::new(scene) },
         dataset: DatasetOptions {
             sensors: Some(vec!["ego/front".to_owned(), "ego/top".to_owned()]),
-            formats: vec![FileFormat::NPZ, TABLE],
+            formats: vec![FileFormat::NPY, TABLE],
             ..DatasetOptions::new("own_format")
         },
     };

@@ -93,7 +93,7 @@ fn own_format() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let Some(said) = run("own_format", folder.path()) else { return };
-    let files = ["ego/front/00000.npz", "ego/top/00012.npz", "things.csv", "manifest.json"];
+    let files = ["ego/front/depth_00000.npy", "ego/top/points_00012.npy", "things.csv", "manifest.json"];
     assert!(files.iter().all(|file| said.contains(&format!("own_format/{file}\n"))), "{said}");
     let table = std::fs::read_to_string(folder.path().join("own_format/things.csv")).expect("a table");
     // The van that drives ahead is seen at each of three captures.

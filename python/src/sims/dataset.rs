@@ -166,9 +166,8 @@ impl Begun {
         let is_new = |name: &&String| !self.is_choice && !self.writer.sensors().contains_key(*name);
         match captured.sensors.iter().map(|sensor| &sensor.name).find(is_new) {
             Some(name) => {
-                let message =
-                    format!("capture: sensor {name:?} was not there when the data set began; sensors leaves it");
-                Err(Failure::value(format!("{message} out where it names the others")))
+                let message = format!("capture: sensor {name:?} was not there when the data set began; sensors=");
+                Err(Failure::value(format!("{message} chooses those to be written")))
             }
             None => Ok(()),
         }

@@ -156,8 +156,8 @@ pub struct DatasetWriter {
 }
 
 impl DatasetWriter {
-    /// Begins a data set of a world, whose first frame is that at hand, and makes its folder. `scene`: its file, and all
-    /// that it was made from. Returns warnings, too.
+    /// Begins a data set of a world, whose first frame is that at hand, and makes its folder. `scene`: its file;
+    /// `files`: all that it was made from. Returns warnings, too.
     ///
     /// # Errors
     /// [`FrameError`]: what [`render_sensors`](super::job::render_sensors) refuses of sensors, formats and folders; a
