@@ -13,10 +13,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
-use systems::sensors::{
-    CameraOutput, CameraSensor, Classes, CollisionSensor, GeoOrigin, GnssSensor, ImuSensor, LaneSensor, Lens,
-    LidarSensor, Sensor, SensorKind,
-};
+use systems::sensors::{CameraOutput, CameraSensor, Classes, GeoOrigin, Lens, Sensor, SensorKind};
 
 /// Version of the file's form.
 const VERSION: u32 = 1;
@@ -62,18 +59,18 @@ pub(super) fn of_sensors(world: &mut World, chosen: &BTreeMap<String, Sensor>) -
     let sensors: Vec<Value> = known
         .filter_map(|(name, entity)| {
             let sensor = world.get::<Sensor>(entity)?;
+            let Ok(Value::Object(kinds)) = serde_json::to_value(&sensor.kind) else { return None };
+            let (kind, settings) = kinds.into_iter().next()?;
             let mut described = match &sensor.kind {
                 SensorKind::Camera(camera) => of_camera(camera),
-                SensorKind::Lidar(lidar) => of_lidar(lidar),
-                SensorKind::Imu(imu) => of_imu(imu, f64::from(sensor.every) * step_seconds),
-                SensorKind::Gnss(gnss) => of_gnss(gnss, world.get_resource::<GeoOrigin>()),
-                SensorKind::Collision(collision) => of_collision(collision),
-                SensorKind::Lane(lane) => of_lane(lane),
+                _ => settings,
             };
             if !matches!(sensor.kind, SensorKind::Camera(_)) {
                 described["axes"] = json!("X forward, Y left, Z up");
                 described["entity_from_sensor"] = rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR));
             }
+            describe_readings(&mut described, sensor, step_seconds, world.get_resource::<GeoOrigin>());
+            described["kind"] = json!(kind);
             described["name"] = json!(name);
             described["every"] = json!(sensor.every);
             described["phase"] = json!(sensor.phase);
@@ -104,7 +101,6 @@ fn of_camera(camera: &CameraSensor) -> Value {
     let distortion = Distortion::of(&camera.lens);
     let (model, coefficients) = distortion.parts();
     json!({
-        "kind": "camera",
         "width": camera.size.0,
         "height": camera.size.1,
         "K": camera.intrinsics().map(|intrinsics: Intrinsics| {
@@ -151,74 +147,44 @@ fn of_output(output: CameraOutput) -> Value {
     json!({ "type": kind, "unit": unit, "nothing": nothing })
 }
 
-fn of_lidar(lidar: &LidarSensor) -> Value {
-    json!({
-        "kind": "lidar",
-        "beams": lidar.beams,
-        "hz": lidar.hz,
-        "columns": lidar.columns,
-        "range": [lidar.range.0, lidar.range.1],
-        "attenuation": lidar.attenuation,
-        "sweep": lidar.sweep,
-        "noise": lidar.noise,
-    })
-}
-
-/// `seconds`: from one reading to the next. Each is of the middle of the last two intervals.
-fn of_imu(imu: &ImuSensor, seconds: f64) -> Value {
-    let [of_force, of_rate] = imu.sigmas(seconds);
-    json!({
-        "kind": "imu",
-        "noise": imu.noise,
-        "delay_seconds": seconds,
-        "outputs": {
-            "specific_force": { "unit": "m/s^2, against free fall", "sigma": of_force },
-            "angular_velocity": { "unit": "rad/s", "sigma": of_rate },
-        },
-    })
-}
-
-fn of_gnss(gnss: &GnssSensor, origin: Option<&GeoOrigin>) -> Value {
-    json!({
-        "kind": "gnss",
-        "noise": gnss.noise,
-        "geo_origin": origin.map(|GeoOrigin { place, at }| {
+/// Adds what readings are to the settings of a sensor that has some.
+fn describe_readings(described: &mut Value, sensor: &Sensor, step_seconds: f64, origin: Option<&GeoOrigin>) {
+    described["outputs"] = match &sensor.kind {
+        SensorKind::Imu(imu) => {
+            // Each is of the middle of the last two intervals.
+            let seconds = f64::from(sensor.every) * step_seconds;
+            described["delay_seconds"] = json!(seconds);
+            let [of_force, of_rate] = imu.sigmas(seconds);
             json!({
-                "latitude_degrees": place.latitude_degrees,
-                "longitude_degrees": place.longitude_degrees,
-                "altitude": place.altitude,
-                "at": at.to_array(),
+                "specific_force": { "unit": "m/s^2, against free fall", "sigma": of_force },
+                "angular_velocity": { "unit": "rad/s", "sigma": of_rate },
             })
-        }),
-        "world_axes_on_earth": "X north, Y up, Z east",
-        "outputs": {
-            "latitude": { "unit": "degrees, WGS 84" },
-            "longitude": { "unit": "degrees, WGS 84" },
-            "altitude": { "unit": "metres above the ellipsoid" },
-            "velocity": { "unit": "m/s to the east, north, up" },
-        },
-    })
-}
-
-fn of_collision(collision: &CollisionSensor) -> Value {
-    json!({
-        "kind": "collision",
-        "margin": collision.margin,
-        "outputs": {
+        }
+        SensorKind::Gnss(_) => {
+            described["geo_origin"] = json!(origin.map(|GeoOrigin { place, at }| {
+                json!({
+                    "latitude_degrees": place.latitude_degrees,
+                    "longitude_degrees": place.longitude_degrees,
+                    "altitude": place.altitude,
+                    "at": at.to_array(),
+                })
+            }));
+            described["world_axes_on_earth"] = json!("X north, Y up, Z east");
+            json!({
+                "latitude": { "unit": "degrees, WGS 84" },
+                "longitude": { "unit": "degrees, WGS 84" },
+                "altitude": { "unit": "metres above the ellipsoid" },
+                "velocity": { "unit": "m/s to the east, north, up" },
+            })
+        }
+        SensorKind::Collision(_) => json!({
             "instance": { "unit": "number of the other" },
             "class": { "unit": "class id of the other" },
             "depth": { "unit": "metres of overlap; negative: apart" },
             "normal": { "unit": "unit vector from the other, sensor axes" },
             "speed": { "unit": "m/s nearer along the normal" },
-        },
-    })
-}
-
-fn of_lane(lane: &LaneSensor) -> Value {
-    json!({
-        "kind": "lane",
-        "reach": lane.reach,
-        "outputs": {
+        }),
+        SensorKind::Lane(_) => json!({
             "route": { "unit": "place in the scene's list" },
             "lane": { "unit": "count from the edge of the road" },
             "offset": { "unit": "metres from the middle of the lane, left positive" },
@@ -227,6 +193,7 @@ fn of_lane(lane: &LaneSensor) -> Value {
             "width": { "unit": "metres" },
             "along": { "unit": "metres of the route" },
             "speed": { "unit": "m/s" },
-        },
-    })
+        }),
+        SensorKind::Camera(_) | SensorKind::Lidar(_) => return,
+    };
 }
