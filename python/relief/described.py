@@ -72,4 +72,4 @@ for _kind, _schema in kinds(DESCRIPTIONS["sensor"]).items():
 for _name, _schema in DESCRIPTIONS["light"]["properties"].items():
     setattr(_relief.LightEntity, _name, _field(_name, _schema))
 # The same by its older name.
-_relief.LightEntity.enabled = _relief.LightEntity.on  # type: ignore[attr-defined, misc]
+setattr(_relief.LightEntity, "enabled", _relief.LightEntity.on)
