@@ -67,11 +67,11 @@ fn every_fault_of_a_road_is_named_with_its_line() {
     );
     let problems = scene.problems();
     let expected = [
-        "2: signals[\"s\"].green_seconds: expected from 1 to 64 groups, found 0",
+        "2: signals[\"s\"].green_seconds: expected from 1 to 64 items, found 0",
         "2: signals[\"t\"].green_seconds[1]: expected a number from 0.1",
         "4: routes[\"one\"].points: expected at least two points that differ",
-        "5: routes[\"two\"].points[1]: expected a point within",
-        "5: routes[\"two\"].lanes: expected from 1 to 16 lanes, found 0",
+        "5: routes[\"two\"].points[1][0]: expected a number from -10000000 to 10000000, found NaN",
+        "5: routes[\"two\"].lanes: expected a whole number from 1 to 16, found 0",
         "6: routes[\"three\"].then[0]: unknown route \"fuor\"; did you mean \"four\"?",
         "8: routes[\"four\"].stops[0].signal: unknown signal \"u\"",
         "9: routes[\"four\"].stops[1].group: signal \"t\" has 2 groups, counted from 0; found 2",
@@ -80,7 +80,7 @@ fn every_fault_of_a_road_is_named_with_its_line() {
         "12: routes[\"four\"].stops[4].keep_clear: only allowed at a stop with a signal",
         "14: routes[\"six\"].limits[1].from: expected a number from 0 to 50.00, the route's length, found 60",
         "14: routes[\"six\"].then[0]: \"seven\" follows the lanes [2, 16] only; this route has 2 lanes, counted from 0",
-        "15: routes[\"seven\"].from_lanes[1]: expected a lane from 0 to 15, found 16",
+        "15: routes[\"seven\"].from_lanes[1]: expected a whole number from 0 to 15, found 16",
         "15: routes[\"seven\"].longest_vehicle: expected a number from 0.1",
         "18: entities[0].vehicle.route: unknown route \"tree\"; did you mean \"three\"?",
         "19: entities[1].vehicle.at: expected a number from 0 to 50.00, the route's length, found 50.1",

@@ -173,19 +173,19 @@ pub struct Driver {
     /// Wanted speed, in speed limits.
     #[schemars(range(min = 0.01, max = 10.0))]
     pub speed_factor: f32,
-    /// T: time to the one ahead.
+    /// Time to the one ahead, T.
     #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "s"))]
     pub headway_seconds: f32,
-    /// s0: distance to the one ahead at a standstill.
+    /// Distance to the one ahead at a standstill, s0.
     #[schemars(range(min = 0.01, max = 100.0), extend("unit" = "m"))]
     pub gap_metres: f32,
-    /// a: acceleration.
+    /// Acceleration, a.
     #[schemars(range(min = 0.01, max = HARDEST), extend("unit" = "m/s²"))]
     pub acceleration: f32,
-    /// b: comfortable braking.
+    /// Comfortable braking, b.
     #[schemars(range(min = 0.01, max = HARDEST), extend("unit" = "m/s²"))]
     pub braking: f32,
-    /// δ: power by which acceleration falls off toward the wanted speed.
+    /// Power by which acceleration falls off toward the wanted speed, δ.
     #[schemars(range(min = 0.1, max = 100.0))]
     pub exponent: f32,
 }
