@@ -41,7 +41,7 @@ pub use error::SceneError;
 pub use prepared::LoadedScene;
 pub use read::custom_fields::{EntityField, SceneField, SceneFields};
 pub use read::overrides::Overrides;
-pub use schema::SCHEMAS;
+pub use schema::{SCHEMAS, SchemaOf};
 #[cfg(feature = "tools")]
 pub(crate) use spawn::random::Random;
 pub use template::Template;

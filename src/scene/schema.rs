@@ -9,8 +9,11 @@ use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
+/// Makes the schema of a kind of file.
+pub type SchemaOf = fn() -> Value;
+
 /// Kinds of files that have a schema.
-pub const SCHEMAS: &[(&str, fn() -> Value)] = &[
+pub const SCHEMAS: &[(&str, SchemaOf)] = &[
     ("scene", schema::<Scene>),
     ("rig", schema::<Vec<Entity>>),
     #[cfg(feature = "vehicles")]

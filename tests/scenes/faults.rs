@@ -361,7 +361,7 @@ fn every_fault_is_told_with_its_place() {
         "4:72: materials[\"brick\"].base_factor: expected a temperature from 1667 to 25000 kelvin",
         "7:32: meshes[\"wall\"].size[1]: expected a number from 0.00001 to 1000000, found 0",
         "8:17: meshes[\"wall\"]: duplicate name \"wall\"",
-        "8:33: meshes[\"wall\"].segments: expected counts from 1 to 1024, found [0, 1]",
+        "8:34: meshes[\"wall\"].segments[0]: expected a whole number from 1 to 1024, found 0",
         "9:28: meshes[\"van\"].file: absent.glb: file: No such file or directory (os error 2)",
         "12:16: entities[0].mesh: unknown mesh \"wal\"; did you mean \"wall\"?",
         "12:33: entities[0].material: unknown material \"brik\"; did you mean \"brick\"?",

@@ -23,11 +23,11 @@ impl<'a> Check<'a> {
             return self.fault("expected either box or hull");
         }
         self.described(cell);
-        if let Some([min, max]) = &cell.r#box {
-            if min.iter().zip(max).any(|(min, max)| min >= max) {
-                let message = format!("expected the least and the largest corner, found {min:?} and {max:?}");
-                self.field("box", |c| c.fault(message));
-            }
+        if let Some([min, max]) = &cell.r#box
+            && min.iter().zip(max).any(|(min, max)| min >= max)
+        {
+            let message = format!("expected the least and the largest corner, found {min:?} and {max:?}");
+            self.field("box", |c| c.fault(message));
         }
         if let Some(mesh) = &cell.hull {
             self.field("hull", |c| c.figure(mesh));

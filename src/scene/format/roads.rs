@@ -9,7 +9,15 @@ use systems::space::{FARTHEST, LARGEST};
 
 /// Read over in a build without physics; the check refuses it.
 #[cfg(not(feature = "physics"))]
-pub type Physical = serde_json::Value;
+#[derive(Serialize, JsonSchema, Clone, Copy, Debug)]
+pub struct Physical {}
+
+#[cfg(not(feature = "physics"))]
+impl<'de> Deserialize<'de> for Physical {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        serde::de::IgnoredAny::deserialize(deserializer).map(|_| Self {})
+    }
+}
 
 /// Metres: longer routes are refused.
 pub const LONGEST: f64 = 1e5;
