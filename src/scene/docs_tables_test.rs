@@ -29,25 +29,25 @@ fn table<T: Described>(document: &'static str, heading: &'static str) -> Table {
     Table { document, heading, fields: fields::<T>(), required: &schema::<T>()["required"] }
 }
 
+/// A kind of sensor: its settings and its rate.
+fn sensor<T: Described>(heading: &'static str) -> Table {
+    let own = table::<T>("sensors.md", heading);
+    Table { fields: own.fields.into_iter().chain(fields::<Rate>()).collect(), ..own }
+}
+
+/// A kind of lens.
+fn lens(heading: &'static str, kind: &str) -> Table {
+    let mut kinds = schema::<Lens>()["oneOf"].as_array().into_iter().flatten();
+    let of = kinds.find_map(|choice| choice["properties"].get(kind)).expect("a kind of lens");
+    Table { document: "sensors.md", heading, fields: fields_of(of).collect(), required: &of["required"] }
+}
+
 fn scenes<T: Described>(heading: &'static str) -> Table {
     table::<T>("scenes.md", heading)
 }
 
 fn vehicles<T: Described>(heading: &'static str) -> Table {
     table::<T>("vehicles.md", heading)
-}
-
-/// Of a kind of sensor: its settings and its rate.
-fn sensor<T: Described>(heading: &'static str) -> Table {
-    let own = table::<T>("sensors.md", heading);
-    Table { fields: own.fields.into_iter().chain(fields::<Rate>()).collect(), ..own }
-}
-
-/// Of a kind of lens.
-fn lens(heading: &'static str, kind: &str) -> Table {
-    let mut kinds = schema::<Lens>()["oneOf"].as_array().into_iter().flatten();
-    let of = kinds.find_map(|choice| choice["properties"].get(kind)).expect("a kind of lens");
-    Table { document: "sensors.md", heading, fields: fields_of(of).collect(), required: &of["required"] }
 }
 
 fn tables() -> Vec<Table> {
@@ -155,7 +155,7 @@ impl Table {
     }
 }
 
-/// What is said of a field: its documentation as a part of a sentence.
+/// Documentation of a field as a part of a sentence.
 fn said(field: &Field) -> String {
     let doc = field.doc().split("\n\n").next().unwrap_or_default().replace('\n', " ");
     doc.strip_suffix('.').unwrap_or(&doc).replace('|', "\\|")

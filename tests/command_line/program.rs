@@ -68,7 +68,7 @@ fn a_schema_is_printed_by_the_kind_of_file() {
     }
     let refused = relief(&["schema", "scnee"], folder.path());
     assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("unknown kind of file \"scnee\"; did you mean \"scene\"?"), "{refused:?}");
+    assert!(text(&refused.stderr).contains("unknown kind of file \"scnee\" (did you mean \"scene\"?)"), "{refused:?}");
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn every_fault_of_a_road_is_named_with_its_line() {
     );
     let problems = scene.problems();
     let expected = [
-        "2: signals[\"s\"].green_seconds: expected from 1 to 64 items, found 0",
+        "2: signals[\"s\"].green_seconds: expected from 1 to 64 groups, found 0",
         "2: signals[\"t\"].green_seconds[1]: expected a number from 0.1",
         "4: routes[\"one\"].points: expected at least two points that differ",
         "5: routes[\"two\"].points[1][0]: expected a number from -10000000 to 10000000, found NaN",

@@ -23,7 +23,7 @@ pub struct Lights {
 enum Policy {
     /// The three most relevant lights.
     Three,
-    /// As many as leave out no more than the tolerance.
+    /// The most relevant ones that leave out no more than the tolerance.
     #[default]
     Enough,
     /// Every light.

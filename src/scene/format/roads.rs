@@ -158,7 +158,8 @@ impl Described for Stop {}
 #[serde(deny_unknown_fields)]
 pub struct Signal {
     /// Time of green of each group.
-    #[schemars(length(min = 1, max = MOST_GROUPS), inner(range(min = 0.1, max = LONGEST_WAIT)), extend("unit" = "s"))]
+    #[schemars(length(min = 1, max = MOST_GROUPS), inner(range(min = 0.1, max = LONGEST_WAIT)))]
+    #[schemars(extend("unit" = "s", "of" = "groups"))]
     pub green_seconds: Vec<f32>,
     /// Time of amber after each green.
     #[serde(default = "amber_seconds")]

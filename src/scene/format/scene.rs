@@ -82,7 +82,7 @@ pub struct Scene {
 
 impl Described for Scene {}
 
-/// As [`Entity`] is.
+/// By what serde derives, which is a function of that name.
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         Self::serialize(self, serializer)
