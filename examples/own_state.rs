@@ -33,8 +33,8 @@ impl EntityField for Balloon {
     const NAME: &'static str = "balloon";
 
     fn check(&self) -> Result<(), String> {
-        let is_sound = self.rise.abs() <= 10.0;
-        is_sound.then_some(()).ok_or_else(|| format!("expected at most 10 m/s, found {}", self.rise))
+        let is_valid = self.rise.abs() <= 10.0;
+        is_valid.then_some(()).ok_or_else(|| format!("expected at most 10 m/s, found {}", self.rise))
     }
 
     fn insert(&self, entity: &mut EntityWorldMut) {

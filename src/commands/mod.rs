@@ -1,5 +1,5 @@
-//! The command line: `relief run, render, split, merge, replay, lights, gallery, compare, bench, map, check, info`. The
-//! commands, what each takes, its help, and what it does with the library. The rest of the library knows nothing of it.
+//! The command line: `relief run, render, split, merge, replay, lights, gallery, compare, bench, map, check, schema,
+//! info`. The commands, what each takes, its help, and what it does with the library. The rest of the library knows nothing of it.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.
 //!
@@ -7,7 +7,7 @@
 //! common/     what several commands take and say
 //! rendering/  render, split, merge, and rendering a shard
 //! window      what `run` and `replay` show; without the feature `window`, a picture
-//! run, replay, check, info    a command each
+//! run, replay, check, schema, info    a command each
 //! tools/      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
 //! ```
 
@@ -17,6 +17,7 @@ mod info;
 mod rendering;
 mod replay;
 mod run;
+mod schema;
 #[cfg(feature = "tools")]
 mod tools;
 #[cfg(not(feature = "tools"))]
@@ -35,6 +36,7 @@ use rendering::render::{self, RenderArgs};
 use rendering::split::{self, SplitArgs};
 use replay::ReplayArgs;
 use run::RunArgs;
+use schema::SchemaArgs;
 use std::ffi::OsString;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
@@ -62,6 +64,7 @@ Examples:
   relief bench --objects 100000                   time and memory of many objects
   relief map normal height.png -o normal.png      a normal map from a height map
   relief check scene.ron model.glb                validate the files
+  relief schema > scene.schema.json               names, ranges and meanings of what scenes have
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.";
 
@@ -125,6 +128,8 @@ enum Command {
     Tool(tools::Tool),
     /// Validate scenes, models and images; exit code 2 on errors
     Check(CheckArgs),
+    /// Print the JSON schema of scene files, for editors and for programs that write scenes
+    Schema(SchemaArgs),
     /// Print the graphics adapter, its driver and limits
     Info,
 }
@@ -150,6 +155,7 @@ impl Command {
             Self::Replay(args) => replay::run(&args),
             Self::Tool(tool) => tool.run(process),
             Self::Check(args) => check::run(&args),
+            Self::Schema(args) => schema::run(&args),
             Self::Info => info::run(),
         }
     }

@@ -1,10 +1,16 @@
 //! Tables of the docs that are made of descriptions. Where one differs from its struct the test says so, and with
 //! `RELIEF_WRITE_DOCS=1` it writes the table anew.
 
-use super::format::cells::{Door, Portal};
+use super::format::cells::{Cell, Door, Portal};
 use super::format::earth::GeoOrigin;
-use super::format::scene::{Clock, Environment};
+use super::format::entities::{Camera, Entity, Spin, Transform};
+use super::format::generators::{Generator, Grid, Scatter};
+use super::format::lights::Lights;
+use super::format::roads::{Along, Limit, Physical, Route, Signal, SignalHead, Stop, Traffic, Vehicle};
+use super::format::scene::{Clock, Environment, Scene};
 use super::format::sensors::Class;
+use super::format::surfaces::{Cube, Cylinder, MapSource, Material, ModelSource, Plane, Sampler, Sphere, Torus, Uv};
+use super::format::vehicle_types as vehicles;
 use serde_json::Value;
 use std::path::Path;
 use systems::describe::{Described, Field, fields, fields_of, schema};
@@ -36,13 +42,60 @@ fn lens(heading: &'static str, kind: &str) -> Table {
     Table { document: "sensors.md", heading, fields: fields_of(of).collect(), required: &of["required"] }
 }
 
+fn scenes<T: Described>(heading: &'static str) -> Table {
+    table::<T>("scenes.md", heading)
+}
+
+fn vehicles<T: Described>(heading: &'static str) -> Table {
+    table::<T>("vehicles.md", heading)
+}
+
 fn tables() -> Vec<Table> {
     vec![
-        table::<Environment>("scenes.md", "## Environment"),
-        table::<Clock>("scenes.md", "## Clock"),
-        table::<LightFields>("scenes.md", "### Fields of lights"),
-        table::<Portal>("scenes.md", "### Portal"),
-        table::<Door>("scenes.md", "### Door"),
+        scenes::<Scene>("## Scene"),
+        scenes::<Environment>("## Environment"),
+        scenes::<Clock>("## Clock"),
+        scenes::<Material>("## Material"),
+        scenes::<MapSource>("### Map"),
+        scenes::<Uv>("### Uv"),
+        scenes::<Sampler>("### Sampler"),
+        scenes::<Plane>("### Plane"),
+        scenes::<Cube>("### Cube"),
+        scenes::<Sphere>("### Sphere"),
+        scenes::<Torus>("### Torus"),
+        scenes::<Cylinder>("### Cylinder"),
+        scenes::<ModelSource>("### Model"),
+        scenes::<Entity>("## Entity"),
+        scenes::<Transform>("### Transform"),
+        scenes::<Lights>("### Lights"),
+        scenes::<LightFields>("### Fields of lights"),
+        scenes::<Camera>("### Camera"),
+        scenes::<Spin>("### Spin"),
+        scenes::<Generator>("## Generator"),
+        scenes::<Grid>("### Grid"),
+        scenes::<Scatter>("### Scatter"),
+        scenes::<Along>("### Along"),
+        scenes::<Traffic>("## Traffic"),
+        scenes::<Route>("### Route"),
+        scenes::<Limit>("### Limit"),
+        scenes::<Stop>("### Stop"),
+        scenes::<Signal>("### Signal"),
+        scenes::<SignalHead>("### Signal head"),
+        scenes::<Cell>("## Cell"),
+        scenes::<Portal>("### Portal"),
+        scenes::<Door>("### Door"),
+        vehicles::<Vehicle>("### Vehicle"),
+        vehicles::<Physical>("### Physical"),
+        vehicles::<vehicles::VehicleTypes>("### Vehicle types"),
+        vehicles::<vehicles::VehicleType>("### Vehicle type"),
+        vehicles::<vehicles::VehicleLimits>("### Vehicle limits"),
+        vehicles::<vehicles::Driver>("### Driver"),
+        vehicles::<vehicles::Wheels>("### Wheels"),
+        vehicles::<vehicles::Cranks>("### Cranks"),
+        vehicles::<vehicles::Swing>("### Swing"),
+        vehicles::<vehicles::Trailer>("### Trailer"),
+        vehicles::<vehicles::Lamps>("### Lamps"),
+        vehicles::<vehicles::Paint>("### Paint"),
         sensor::<CameraSensor>("### Camera sensor"),
         lens("#### Field of view", "field_of_view"),
         lens("#### Pinhole", "pinhole"),
@@ -72,7 +125,7 @@ impl Table {
         };
         let mut rows = Vec::new();
         for field in &self.fields {
-            if field.is_part() {
+            if field.is_part() && field.schema["see"].is_null() {
                 let part = |part: Field| row(&format!("{}.{}", field.name, part.name), &part);
                 rows.extend(fields_of(field.schema).map(part));
             } else {
@@ -178,6 +231,9 @@ fn number(number: f64) -> String {
 fn default(schema: &Value) -> String {
     match &schema["default"] {
         Value::Null => "none".into(),
+        Value::Object(fields) if fields.is_empty() => "`{}`".into(),
+        // Its own table has them.
+        Value::Object(_) if schema["see"].is_string() && schema["oneOf"].is_null() => "`()`".into(),
         value => format!("`{}`", ron(value, true)),
     }
 }
@@ -195,8 +251,11 @@ fn ron(value: &Value, is_whole: bool) -> String {
         }
         Value::Number(number) => number.to_string(),
         // The name of a choice.
+        Value::String(text) if text.is_empty() => "\"\"".into(),
         Value::String(text) => text.clone(),
-        Value::Array(values) if values.iter().all(Value::is_number) && !values.is_empty() => {
+        Value::Array(values)
+            if values.iter().all(|value| value.is_number() || value.is_array()) && !values.is_empty() =>
+        {
             format!("({})", all(values))
         }
         Value::Array(values) => format!("[{}]", all(values)),

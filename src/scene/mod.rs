@@ -10,6 +10,7 @@
 //! vehicle_types/  types of vehicles from files of their own
 //! spawn/          a checked scene becomes entities
 //! prepare, prepared  all of these in order; the scene that comes out, and its worlds
+//! schema          JSON schemas of files
 //! template        a scene that is read once, and of which any number of worlds are made
 //! ```
 //!
@@ -26,6 +27,7 @@ mod format;
 mod prepare;
 mod prepared;
 mod read;
+mod schema;
 mod spawn;
 mod template;
 mod text;
@@ -39,6 +41,7 @@ pub use error::SceneError;
 pub use prepared::LoadedScene;
 pub use read::custom_fields::{EntityField, SceneField, SceneFields};
 pub use read::overrides::Overrides;
+pub use schema::{SCHEMAS, SchemaOf};
 #[cfg(feature = "tools")]
 pub(crate) use spawn::random::Random;
 pub use template::Template;

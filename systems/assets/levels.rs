@@ -167,11 +167,11 @@ impl<'a> Simplifier<'a> {
     /// `None` for a mesh that is to stay as it is: too small, or nothing that could be simplified.
     fn new(mesh: &'a Mesh) -> Option<Self> {
         let count = mesh.positions.len();
-        let is_sound = mesh.indices.len().is_multiple_of(3)
+        let is_valid = mesh.indices.len().is_multiple_of(3)
             && mesh.indices.iter().all(|&index| (index as usize) < count)
             && mesh.normals.len() == count
             && mesh.positions.iter().all(|p| p.is_finite());
-        if !is_sound || mesh.triangle_count() < FEWEST_TO_SIMPLIFY || mesh.indices.len() > u32::MAX as usize / 4 {
+        if !is_valid || mesh.triangle_count() < FEWEST_TO_SIMPLIFY || mesh.indices.len() > u32::MAX as usize / 4 {
             return None;
         }
         // Simplifying walks around vertices, too, and takes quadratic time in the number of triangles there.

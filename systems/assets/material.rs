@@ -5,6 +5,7 @@ use super::slots::slot_id;
 use super::technique::Technique;
 use bevy_ecs::prelude::*;
 use glam::{Affine2, Mat2, Vec3, Vec4};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Names a [`Material`] of the [`Library`](crate::assets::Library). As a component: the material of a drawn entity.
@@ -25,7 +26,7 @@ impl Default for MaterialId {
 }
 
 /// Reading of a texture coordinate outside 0..1.
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
     /// The image repeats.
@@ -38,7 +39,7 @@ pub enum Wrap {
 }
 
 /// Filtering of texels within a mip level.
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Filter {
     /// The nearest texel.
@@ -49,7 +50,7 @@ pub enum Filter {
 }
 
 /// Choice of mip levels.
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MipFilter {
     /// Only the full-size level.
@@ -135,7 +136,7 @@ pub enum MapSlot {
 pub const MAP_COUNT: usize = 11;
 
 /// The lighting model of a material; the formulas are in `shaders/lighting.wgsl`.
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shading {
     /// Diffuse plus Phong's reflected vector: base, specular map and shininess.
@@ -152,7 +153,7 @@ pub enum Shading {
 }
 
 /// Meaning of base alpha.
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
     /// Alpha is ignored.

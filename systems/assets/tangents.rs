@@ -131,13 +131,13 @@ fn fallback_tangent(normal: Vec3) -> Vec4 {
 fn corner_tangents(mesh: &Mesh) -> Vec<Vec4> {
     let triangles = mesh.indices.as_chunks::<3>().0;
     let crowded = crowded_vertices(mesh);
-    let is_sound = |triangle: &[u32; 3]| {
+    let is_valid = |triangle: &[u32; 3]| {
         let p = triangle.map(|index| mesh.positions[index as usize]);
         let has_area = p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
         let is_finite = |&i: &u32| mesh.positions[i as usize].is_finite() && mesh.tangent_uvs()[i as usize].is_finite();
         has_area && triangle.iter().all(|i| is_finite(i) && !crowded[*i as usize])
     };
-    let (sound, degenerate): (Vec<usize>, Vec<usize>) = (0..triangles.len()).partition(|&t| is_sound(&triangles[t]));
+    let (sound, degenerate): (Vec<usize>, Vec<usize>) = (0..triangles.len()).partition(|&t| is_valid(&triangles[t]));
     let mut corners = SoundTriangles { mesh, sound: &sound, tangents: vec![Vec4::ZERO; mesh.indices.len()] };
     // No error exists today; one would leave tangents at zero, where the fallback takes over.
     let _ = generate_tangents(&mut corners);

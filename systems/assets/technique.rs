@@ -1,10 +1,12 @@
 //! The bump techniques: their names, the maps they go by, and what they write.
 
 use super::material::MapSlot;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A way to bump a surface. A choice of pipeline, not a branch in a shader. `docs/techniques.md` tells what each does.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Technique {
     /// The interpolated vertex normal.
     Off,

@@ -45,7 +45,7 @@ pub struct Door {
 
 impl Door {
     /// Tells if its numbers are finite, and the period is not negative.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let numbers = [self.swing, self.period, self.phase];
         self.shut.is_finite() && self.slide.is_finite() && numbers.iter().all(|n| n.is_finite()) && self.period >= 0.0
     }

@@ -1,5 +1,6 @@
 //! Parameters of a physically simulated vehicle: numbers of its own, or derived from its type.
 
+use crate::describe::Described;
 pub use crate::space::gravity::GRAVITY;
 use crate::vehicles::components::Wanted;
 use crate::vehicles::parts::{self, Movement, Part};
@@ -8,6 +9,7 @@ use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use glam::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Default deflection of springs under the vehicle's weight, metres. A bounce of 1.6 Hz, as a car's.
@@ -22,28 +24,38 @@ const DRAG_PER_AREA: f64 = 0.21;
 /// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is
 /// derived from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic. Scene files
 /// have it with these fields.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[component(immutable, on_add = hold_wheels, on_remove = forget_wish)]
 #[require(Wanted)]
 pub struct Physical {
-    /// Kilograms; the type's.
+    /// Mass; by default the type's.
+    #[schemars(range(min = 0.001, max = 1e6), extend("unit" = "kg"))]
     pub mass: Option<f32>,
-    /// Coulomb's coefficient of friction of tyres on the ground; 0.9.
+    /// Coulomb's coefficient of friction of tyres on the ground; by default 0.9.
+    #[schemars(range(min = 0.001, max = 10.0))]
     pub friction: Option<f32>,
-    /// Force of all wheels together, newtons; by default gives the type's acceleration.
+    /// Force of all wheels together; by default gives the type's acceleration.
+    #[schemars(range(min = 0.001, max = 1e9), extend("unit" = "N"))]
     pub engine_force: Option<f32>,
-    /// Force of all wheels together, newtons; by default gives the type's hardest braking.
+    /// Force of all wheels together; by default gives the type's hardest braking.
+    #[schemars(range(min = 0.001, max = 1e9), extend("unit" = "N"))]
     pub brake_force: Option<f32>,
-    /// Drag of the air, kg/m: the force is this times the square of the speed. From width and height.
+    /// Drag of the air: the force is this times the square of the speed. By default from width and height.
+    #[schemars(range(min = 0.001, max = 1e4), extend("unit" = "kg/m"))]
     pub drag: Option<f32>,
-    /// Stiffness of the average wheel's spring, N/m; by default gives 0.1 m under the weight.
+    /// Stiffness of the average wheel's spring; by default gives 0.1 m under the weight.
+    #[schemars(range(min = 0.001, max = 1e9), extend("unit" = "N/m"))]
     pub stiffness: Option<f32>,
-    /// Damping of the average wheel's damper, N·s/m; 0.35 of critical damping.
+    /// Damping of the average wheel's damper; by default 0.35 of critical damping.
+    #[schemars(range(min = 0.001, max = 1e9), extend("unit" = "N·s/m"))]
     pub damping: Option<f32>,
-    /// Length of the springs without load, metres; 0.3. The wheels hang down by this much, and can be pressed up by it.
+    /// Length of the springs without load; by default 0.3. Wheels hang down by it, and can be pressed up by it.
+    #[schemars(range(min = 0.001, max = 5.0), extend("unit" = "m"))]
     pub rest_length: Option<f32>,
 }
+
+impl Described for Physical {}
 
 /// Its wheels move in steps from now on, with their springs.
 fn hold_wheels(mut world: DeferredWorld, context: HookContext) {

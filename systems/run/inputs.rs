@@ -41,7 +41,7 @@ use std::any::TypeId;
 ///         }
 ///     }
 ///
-///     fn is_sound(&self) -> bool {
+///     fn is_valid(&self) -> bool {
 ///         self.metres.is_finite()
 ///     }
 /// }
@@ -59,7 +59,7 @@ pub trait Input: Serialize + DeserializeOwned + Send + Sync + 'static {
     fn apply(&self, world: &mut World);
 
     /// Tells if its numbers can be what a world holds. Others are not applied.
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         true
     }
 }
@@ -113,7 +113,7 @@ struct InputType {
 fn read<T: Input>(bytes: &[u8]) -> Result<T, InputError> {
     let invalid = |message: String| InputError::Invalid { name: T::NAME, message };
     let input: T = decode(T::NAME, bytes).map_err(|error| invalid(error.message))?;
-    if input.is_sound() { Ok(input) } else { Err(invalid("invalid value".into())) }
+    if input.is_valid() { Ok(input) } else { Err(invalid("invalid value".into())) }
 }
 
 /// The types of inputs that there are, and inputs that wait for the time between two steps.

@@ -90,7 +90,7 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
             world.resource_mut::<EntityRegistry>().set_next(first + count);
             continue;
         }
-        if !spawn.is_sound() || first < world.resource::<EntityRegistry>().next() || first > MOST_NUMBER {
+        if !spawn.is_valid() || first < world.resource::<EntityRegistry>().next() || first > MOST_NUMBER {
             return refused(format!("entity {first}: invalid spawn"));
         }
         world.resource_mut::<EntityRegistry>().set_next(first);

@@ -125,15 +125,15 @@ impl Spawn {
     }
 
     /// Tells if its numbers are finite and in range.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         match self {
-            Self::Light { transform, light, .. } => transform.is_sound() && light.validate().is_ok(),
+            Self::Light { transform, light, .. } => transform.is_valid() && light.validate().is_ok(),
             #[cfg(feature = "vehicles")]
-            Self::Vehicle { transform, controls, .. } => transform.is_sound() && controls.is_sound(),
+            Self::Vehicle { transform, controls, .. } => transform.is_valid() && controls.is_valid(),
             #[cfg(feature = "vehicles")]
-            Self::Driver { on, speed, .. } => on.is_sound() && (0.0..=FASTEST).contains(speed),
-            Self::Sensor { transform, sensor, .. } => transform.is_sound() && sensor.faults().is_empty(),
-            Self::Copy { transform, .. } => transform.is_sound(),
+            Self::Driver { on, speed, .. } => on.is_valid() && (0.0..=FASTEST).contains(speed),
+            Self::Sensor { transform, sensor, .. } => transform.is_valid() && sensor.faults().is_empty(),
+            Self::Copy { transform, .. } => transform.is_valid(),
         }
     }
 }

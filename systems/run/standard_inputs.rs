@@ -65,7 +65,7 @@ impl Input for EditLight {
         }
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.light.validate().is_ok()
     }
 }
@@ -98,7 +98,7 @@ impl Input for SetPortal {
         }
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         check(&Portal { open: self.open }).is_ok()
     }
 }
@@ -134,8 +134,8 @@ impl Input for SetTransform {
         }
     }
 
-    fn is_sound(&self) -> bool {
-        self.transform.is_sound()
+    fn is_valid(&self) -> bool {
+        self.transform.is_valid()
     }
 }
 
@@ -199,8 +199,8 @@ impl Input for Drive {
         vehicle.into_iter().for_each(|mut own| *own = self.controls);
     }
 
-    fn is_sound(&self) -> bool {
-        self.controls.is_sound()
+    fn is_valid(&self) -> bool {
+        self.controls.is_valid()
     }
 }
 
@@ -244,8 +244,8 @@ impl Input for MoveVehicle {
         vehicle_inputs::move_vehicle(world, vehicle, &self.motion);
     }
 
-    fn is_sound(&self) -> bool {
-        self.motion.is_sound()
+    fn is_valid(&self) -> bool {
+        self.motion.is_valid()
     }
 }
 
@@ -292,8 +292,8 @@ impl Input for Spawn {
         registry::spawn(world, self.clone());
     }
 
-    fn is_sound(&self) -> bool {
-        Self::is_sound(self)
+    fn is_valid(&self) -> bool {
+        Self::is_valid(self)
     }
 }
 

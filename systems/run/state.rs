@@ -84,11 +84,11 @@ impl StateList {
         // Parents first: where things hang decides what is below a hidden entity.
         let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
         list.add(Component::<ChildOf, ()>::checked("parent", hangs));
-        list.add(Component::<Transform, Placed>::checked("transform", Transform::is_sound));
+        list.add(Component::<Transform, Placed>::checked("transform", Transform::is_valid));
         list.add(Component::<Light>::checked("light", |light| light.validate().is_ok()));
-        list.add(Component::<Spin>::checked("spin", Spin::is_sound));
+        list.add(Component::<Spin>::checked("spin", Spin::is_valid));
         list.add(Component::<Portal>::checked("portal", |portal| check(portal).is_ok()));
-        list.add(Component::<Door>::checked("door", Door::is_sound));
+        list.add(Component::<Door>::checked("door", Door::is_valid));
         list.add_component::<Hidden>("hidden");
         let has_shown = |variants: &MeshVariants| variants.shown < variants.meshes.len().max(1);
         list.add_checked_component::<MeshVariants>("figure", has_shown);
@@ -109,8 +109,8 @@ impl StateList {
 
     /// Adds a component like [`Self::add_component`], for values of which not all make sense: a snapshot with one that
     /// is not sound is refused.
-    pub fn add_checked_component<T: StateComponent>(&mut self, name: &'static str, is_sound: fn(&T) -> bool) {
-        self.add(Component::<T, ()>::checked(name, is_sound));
+    pub fn add_checked_component<T: StateComponent>(&mut self, name: &'static str, is_valid: fn(&T) -> bool) {
+        self.add(Component::<T, ()>::checked(name, is_valid));
     }
 
     /// A resource that is always there.
@@ -174,7 +174,7 @@ pub(super) struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()
     name: &'static str,
     is_optional: bool,
     /// Tells if a value from a file can be what a world holds.
-    is_sound: fn(&T) -> bool,
+    is_valid: fn(&T) -> bool,
     /// Kept from step to step.
     query: Option<QueryState<(Entity, &'static T), F>>,
 }
@@ -184,8 +184,8 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
         Self::checked(name, |_| true)
     }
 
-    pub fn checked(name: &'static str, is_sound: fn(&T) -> bool) -> Self {
-        Self { name, is_optional: false, is_sound, query: None }
+    pub fn checked(name: &'static str, is_valid: fn(&T) -> bool) -> Self {
+        Self { name, is_optional: false, is_valid, query: None }
     }
 
     /// The same, missing in files where no entity has it.
@@ -245,7 +245,7 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T,
             }
             // What is as it was is left alone: nothing has to follow it.
             if present.next_if(|(present, _)| *present == id).is_none_or(|(_, bytes)| bytes != encode(&value)) {
-                if !(self.is_sound)(&value) {
+                if !(self.is_valid)(&value) {
                     return invalid();
                 }
                 insert.push((id, value));

@@ -15,11 +15,11 @@ impl StateList {
     pub(super) fn add_vehicles(&mut self) {
         self.add_resource::<NextVehicleNumber>("next vehicle");
         self.add_component::<VehicleNumber>("vehicle");
-        self.add(Component::<Motion>::checked("motion", Motion::is_sound));
-        self.add(Component::<Controls>::checked("controls", Controls::is_sound));
+        self.add(Component::<Motion>::checked("motion", Motion::is_valid));
+        self.add(Component::<Controls>::checked("controls", Controls::is_valid));
         self.add_component::<ManualControl>("by hand");
-        self.add(Component::<OnRoute>::checked("on route", OnRoute::is_sound));
-        self.add(Component::<External>::checked("external", External::is_sound).optional());
+        self.add(Component::<OnRoute>::checked("on route", OnRoute::is_valid));
+        self.add(Component::<External>::checked("external", External::is_valid).optional());
         self.add_component::<Stalled>("stalled");
         self.add_resource::<HeldSignals>("held signals");
         self.add_component::<SignalHead>("signal head");

@@ -21,7 +21,7 @@ pub struct Spin {
 
 impl Spin {
     /// Tells if its numbers are finite, its axis a unit vector and its start a rotation.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         self.axis.is_normalized() && self.rate.is_finite() && self.start.is_normalized()
     }
 }

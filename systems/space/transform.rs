@@ -162,7 +162,7 @@ impl Transform {
 
     /// Tells if all of it is finite and within the bounds of scenes and calls. Places of the world count from an origin
     /// that may be [`FARTHEST`] away itself.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let is_near = self.translation.as_dvec3().abs().max_element() <= 2.0 * FARTHEST;
         self.is_finite() && is_near && self.scale.as_dvec3().abs().max_element() <= LARGEST
     }

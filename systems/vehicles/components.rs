@@ -88,7 +88,7 @@ pub struct Motion {
 
 impl Motion {
     /// True if its numbers are numbers, and its place is one that a world has.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let adding_up = [self.speed, self.yaw, self.hitch, self.rolled];
         let is_near = self.place.abs().max_element() <= 2.0 * FARTHEST;
         let is_finite = adding_up.iter().all(|n| n.is_finite()) && self.place.is_finite() && is_near;
@@ -122,7 +122,7 @@ pub struct Controls {
 
 impl Controls {
     /// Tells if its numbers are within their ranges.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let ranges = [(self.throttle, -1.0), (self.brake, 0.0), (self.steer, -1.0)];
         ranges.iter().all(|(value, least)| (*least..=1.0).contains(value))
     }
@@ -185,7 +185,7 @@ impl OnRoute {
     }
 
     /// Tells if its numbers are finite; the wait may be infinite.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let change = self.change.is_none_or(|change| change.from.is_finite() && change.done.is_finite());
         self.at.is_finite() && !self.waited.is_nan() && change
     }

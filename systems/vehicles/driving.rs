@@ -229,7 +229,7 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Told {
                 {
                     told.stale.push(entities[index]);
                 }
-                if !is_sound(&body, route.as_ref()) {
+                if !is_valid(&body, route.as_ref()) {
                     if let Ok(mut told) = told.lock() {
                         told.broken.push(entities[index]);
                     }
@@ -275,8 +275,8 @@ fn maybe_parts<'a, T>(
     }
 }
 
-fn is_sound(body: &Body, on: Option<&OnRoute>) -> bool {
-    body.motion.is_sound()
+fn is_valid(body: &Body, on: Option<&OnRoute>) -> bool {
+    body.motion.is_valid()
         && on.is_none_or(|on| on.at.is_finite())
         && body.transform.translation.is_finite()
         && body.transform.rotation.is_finite()

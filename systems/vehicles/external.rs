@@ -76,7 +76,7 @@ pub struct StampedMotion {
 
 impl StampedMotion {
     /// Tells if its numbers are finite and in range.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let (turned, turning) = MOST_TURNED;
         let angles = [self.yaw].into_iter().chain(self.tilt.into_iter().flatten());
         self.stamp.is_finite()
@@ -294,12 +294,12 @@ impl External {
     }
 
     /// Tells if its numbers make sense.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let Self { given, now, interval, acceleration, yaw_acceleration, off, off_rate, since } = self;
         let numbers = [*interval, *acceleration, *yaw_acceleration, *since, now.stamp, now.yaw, now.yaw_rate];
         let angles = [off, off_rate].into_iter().flat_map(|off| [off.yaw, off.tilt[0], off.tilt[1]]);
         let tilt = now.tilt.into_iter().flatten();
-        given.is_sound()
+        given.is_valid()
             && *interval > 0.0
             && numbers.into_iter().chain(angles).chain(tilt).all(f64::is_finite)
             && [now.velocity, off.place, off_rate.place].iter().all(|vector| vector.is_finite())

@@ -40,6 +40,25 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 #[test]
+fn a_schema_is_printed_by_the_kind_of_file() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (args, inside) in [
+        (&["schema"][..], "/properties/entities"),
+        (&["schema", "scene"], "/$defs/LightFields/properties/range/description"),
+        (&["schema", "rig"], "/items"),
+        (&["schema", "vehicle-type"], "/$defs/Driver/properties/gap_metres/minimum"),
+    ] {
+        let output = relief(args, folder.path());
+        let schema: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema", "{args:?}");
+        assert!(schema.pointer(inside).is_some(), "{args:?}: {inside}");
+    }
+    let refused = relief(&["schema", "scnee"], folder.path());
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("unknown kind of file \"scnee\" (did you mean \"scene\"?)"), "{refused:?}");
+}
+
+#[test]
 fn the_same_frames_bit_for_bit_on_two_runs_and_with_any_number_of_threads() {
     let Some(_) = common::gpu() else { return };
     // More lights with shadows than there are maps.

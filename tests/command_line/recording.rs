@@ -557,7 +557,7 @@ impl Input for Turn {
         world.resource_mut::<Turned>().0.push(self.clone());
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.rate.is_finite()
     }
 }
@@ -595,7 +595,7 @@ proptest! {
         let replayed: Vec<u128> = (0..20).map(|_| again.step()).collect();
         prop_assert_eq!(replayed, hashes);
         let applied = |run: &Run| run.stage.simulation.world.resource::<Turned>().0.clone();
-        let sound = (0..20).flat_map(|step| turns.iter().filter(move |(at, turn)| *at == step && turn.is_sound()));
+        let sound = (0..20).flat_map(|step| turns.iter().filter(move |(at, turn)| *at == step && turn.is_valid()));
         let sound: Vec<Turn> = sound.map(|(_, turn)| turn.clone()).collect();
         prop_assert_eq!(&applied(&run), &sound);
         prop_assert_eq!(&applied(&again), &sound);

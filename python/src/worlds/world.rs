@@ -115,7 +115,7 @@ impl World {
         if self.stepper.is_replay() {
             return Err(Failure::value("a replay takes no inputs of its own"));
         }
-        if !input.is_sound() {
+        if !input.is_valid() {
             return Err(Failure::value(format!("{}: expected finite numbers within their ranges", T::NAME)));
         }
         self.simulation.world.resource_mut::<Inputs>().push(input);

@@ -22,18 +22,16 @@ impl<'a> Check<'a> {
         if cell.r#box.is_some() == cell.hull.is_some() {
             return self.fault("expected either box or hull");
         }
-        if let Some([min, max]) = &cell.r#box {
-            self.position("box", min);
-            self.position("box", max);
-            if min.iter().zip(max).any(|(min, max)| min >= max) {
-                let message = format!("expected the least and the largest corner, found {min:?} and {max:?}");
-                self.field("box", |c| c.fault(message));
-            }
+        self.described(cell);
+        if let Some([min, max]) = &cell.r#box
+            && min.iter().zip(max).any(|(min, max)| min >= max)
+        {
+            let message = format!("expected the least and the largest corner, found {min:?} and {max:?}");
+            self.field("box", |c| c.fault(message));
         }
         if let Some(mesh) = &cell.hull {
             self.field("hull", |c| c.figure(mesh));
         }
-        self.position("translation", &cell.translation);
         if cell.hull.is_none() && cell.translation != [0.0; 3] {
             self.field("translation", |c| c.fault("only allowed with hull"));
         }

@@ -1,13 +1,14 @@
 //! Entities, and what is below and on them.
 
-use super::walk::{Check, SIZES};
+use super::walk::Check;
 use crate::scene::format::entities::{self, Camera, Entity, Transform};
 use crate::scene::format::surfaces::MeshSource;
+use crate::scene::format::values::{SMALLEST, Scale};
 use crate::scene::read::files;
 use crate::scene::text::faults::unknown;
 use glam::{Affine3A, DVec3};
 use systems::describe::Step;
-use systems::space::FARTHEST;
+use systems::space::{FARTHEST, LARGEST};
 
 /// About: a body, wheels and lamps.
 pub const PARTS_OF_A_VEHICLE: u64 = 24;
@@ -18,7 +19,10 @@ impl<'a> Check<'a> {
         if let (Some(_), false) = (&e.node, attached) {
             self.field("node", |c| c.fault("only allowed for entities in `attach`"));
         }
-        self.field("transform", |c| c.transform(&e.transform));
+        self.field("transform", |c| {
+            c.described(&e.transform);
+            c.transform(&e.transform);
+        });
         let above = self.place;
         self.nested_place(e);
         let meshes: Vec<&str> = e.mesh.iter().chain(alternatives).map(String::as_str).collect();
@@ -28,16 +32,12 @@ impl<'a> Check<'a> {
         if let Some(material) = &e.material {
             self.field("material", |c| c.known_material(material));
         }
-        if let Some(metres) = e.piece_metres {
-            self.number("piece_metres", metres, 0.0, SIZES.1);
-        }
-        self.lights(e.lights.as_ref());
+        self.part("piece_metres", e.piece_metres.as_ref());
+        self.part("lights", e.lights.as_ref());
         if !e.casts_shadows.0 {
             self.no_shadow(e, meshes.is_empty());
         }
-        if let Some(light) = &e.light {
-            self.field("light", |c| c.described(light));
-        }
+        self.part("light", e.light.as_ref());
         if let Some(camera) = &e.camera {
             self.field("camera", |c| c.camera(camera));
         }
@@ -49,8 +49,8 @@ impl<'a> Check<'a> {
         }
         if let Some(spin) = &e.spin {
             self.field("spin", |c| {
+                c.described(spin);
                 c.direction("axis", spin.axis);
-                c.number("degrees_per_second", spin.degrees_per_second, -1e6, 1e6);
             });
         }
         if e.vehicle.is_some() && (!meshes.is_empty() || !e.figure.is_empty()) {
@@ -110,8 +110,8 @@ impl<'a> Check<'a> {
         let scale = columns.map(|axis| axis.abs().max_element()).into_iter().fold(0.0, f32::max);
         let message = if !place.abs().cmple(DVec3::splat(FARTHEST)).all() {
             format!("expected a place within {FARTHEST} m, found {place} with the transforms above it")
-        } else if scale > SIZES.1 {
-            format!("expected scales of at most {} together, found {scale} with the transforms above it", SIZES.1)
+        } else if f64::from(scale) > LARGEST {
+            format!("expected scales of at most {LARGEST} together, found {scale} with the transforms above it")
         } else {
             return;
         };
@@ -177,26 +177,29 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// Faults of a transform beside ranges.
     pub fn transform(&mut self, t: &Transform) {
-        t.translation.iter().for_each(|translation| self.position("translation", translation));
-        self.scale("scale", t.scale, true);
+        self.field("scale", |c| match t.scale {
+            Scale::Uniform(factor) => c.is_no_plane(factor),
+            Scale::PerAxis(factors) => {
+                for (i, factor) in factors.into_iter().enumerate() {
+                    c.inside(Step::Index(i), "", |c| c.is_no_plane(factor));
+                }
+            }
+        });
         let given = [t.rotation_degrees.is_some(), t.quaternion.is_some(), t.look_at.is_some()];
         if given.into_iter().filter(|&given| given).count() > 1 {
             self.fault("expected one of rotation_degrees, quaternion and look_at");
         }
-        if let Some(degrees) = &t.rotation_degrees {
-            self.numbers("rotation_degrees", degrees, -1e6, 1e6);
-        }
         if let Some(q) = &t.quaternion {
-            let length = q.iter().map(|c| c * c).sum::<f32>().sqrt();
+            let length = q.iter().map(|&c| f64::from(c).powi(2)).sum::<f64>().sqrt();
             self.field("quaternion", |c| {
-                if !(0.5..=2.0).contains(&length) {
+                if length.is_finite() && !(0.5..=2.0).contains(&length) {
                     c.fault(format_args!("expected a unit quaternion (x, y, z, w), found one of length {length}"));
                 }
             });
         }
         if let Some(target) = &t.look_at {
-            self.position("look_at", target);
             let translation = DVec3::from_array(t.translation.unwrap_or_default());
             if DVec3::from_array(*target).distance(translation) < 1e-6 {
                 self.field("look_at", |c| c.fault("expected a point other than the translation"));
@@ -204,22 +207,23 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// Refuses factors near 0, mirrored or not.
+    fn is_no_plane(&mut self, factor: f32) {
+        if factor.abs() < SMALLEST as f32 {
+            let least =
+                if factor < 0.0 { format!("-{LARGEST} to -{SMALLEST}") } else { format!("{SMALLEST} to {LARGEST}") };
+            self.fault(format_args!("expected a number from {least}, found {factor}"));
+        }
+    }
+
     fn camera(&mut self, camera: &Camera) {
-        if let Some(fov) = camera.fov_y_degrees {
-            self.number("fov_y_degrees", fov, 0.1, 170.0);
+        self.described(camera);
+        if camera.orthographic_half_height.is_some() && camera.fov_y_degrees.is_some() {
+            self.fault("expected either fov_y_degrees or orthographic_half_height");
         }
-        if let Some(aspect) = camera.aspect {
-            self.number("aspect", aspect, 1e-3, 1e3);
-        }
-        if let Some(half_height) = camera.orthographic_half_height {
-            self.number("orthographic_half_height", half_height, SIZES.0, SIZES.1);
-            if camera.fov_y_degrees.is_some() {
-                self.fault("expected either fov_y_degrees or orthographic_half_height");
-            }
-        }
-        self.number("near", camera.near, SIZES.0, SIZES.1);
-        if let Some(far) = camera.far {
-            self.number("far", far, camera.near.max(SIZES.0) * 1.001, FARTHEST as f32);
+        let least = camera.near.max(SMALLEST as f32) * 1.001;
+        if let Some(far) = camera.far.filter(|far| *far < least) {
+            self.field("far", |c| c.fault(format_args!("expected a number of at least {least}, found {far}")));
         }
     }
 }

@@ -7,10 +7,7 @@
 mod cells;
 mod entities;
 mod generators;
-mod lights;
 pub mod names;
-#[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
-mod physical;
 pub mod rigs;
 #[cfg(feature = "vehicles")]
 mod roads;

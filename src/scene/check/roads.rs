@@ -1,69 +1,33 @@
 //! Routes, signals, and what refers to them. A build without vehicles has `no_roads.rs` instead.
 
-use super::route_lengths::{LONGEST, MOST_POINTS, driven_length, straight_length};
-use super::walk::{Check, SIZES};
+use super::route_lengths::{driven_length, straight_length};
+use super::walk::Check;
 use crate::scene::format::entities::Entity;
-use crate::scene::format::roads::{Along, Route, Signal, Stop, Vehicle};
+use crate::scene::format::roads::{Along, LONGEST, Route, Stop, Vehicle};
 use crate::scene::text::faults::unknown;
 use std::fmt::Display;
-use systems::describe::Step;
 use systems::space::FARTHEST;
-use systems::vehicles::FASTEST;
 
-/// Groups of a signal, routes.
-const MOST: (usize, usize) = (64, 65_000);
+/// Routes of a scene.
+const MOST_ROUTES: usize = 65_000;
 /// Metres that a place may be beyond the end of its route.
 const ROUNDING: f64 = 0.01;
-/// Most lanes of a route.
-const LANES: u8 = 16;
-/// Routes that may follow one.
-const MOST_WAYS: usize = 64;
-/// Metres.
-const LONGEST_VEHICLE: f32 = 1000.0;
-/// Metres of a crossing.
-const FARTHEST_CLEAR: f32 = 200.0;
-/// Seconds.
-const LONGEST_WAIT: f32 = 1e5;
-/// The highest speed of anything, km/h.
-const FASTEST_KMH: f32 = (FASTEST * 3.6) as f32;
 
 impl<'a> Check<'a> {
     pub(super) fn roads(&mut self) {
         let scene = self.scene;
-        self.field("signals", |c| c.entries(&scene.signals, Self::signal));
+        self.field("signals", |c| c.entries(&scene.signals, Self::described));
         self.field("routes", |c| {
-            if scene.routes.entries().len() > MOST.1 {
-                c.fault(format_args!("expected at most {} routes", MOST.1));
+            if scene.routes.entries().len() > MOST_ROUTES {
+                c.fault(format_args!("expected at most {} routes", MOST_ROUTES));
             }
             c.entries(&scene.routes, Self::route);
         });
     }
 
-    fn signal(&mut self, signal: &Signal) {
-        let count = signal.green_seconds.len();
-        if count == 0 || count > MOST.0 {
-            self.field("green_seconds", |c| {
-                c.fault(format_args!("expected from 1 to {} groups, found {count}", MOST.0))
-            });
-        }
-        self.numbers("green_seconds", &signal.green_seconds, 0.1, LONGEST_WAIT);
-        self.number("amber_seconds", signal.amber_seconds, 0.0, LONGEST_WAIT);
-        self.number("red_seconds", signal.red_seconds, 0.0, LONGEST_WAIT);
-        self.number("offset_seconds", signal.offset_seconds, -LONGEST_WAIT, LONGEST_WAIT);
-    }
-
     fn route(&mut self, route: &Route) {
+        self.described(route);
         self.field("points", |c| {
-            for (i, point) in route.points.iter().enumerate() {
-                c.inside(Step::Index(i), "", |c| {
-                    if point.iter().any(|x| !(-FARTHEST..=FARTHEST).contains(x)) {
-                        c.fault(format_args!("expected a point within {FARTHEST} m, found {point:?}"));
-                    }
-                });
-            }
-            if route.points.len() > MOST_POINTS {
-                c.fault(format_args!("expected at most {} points", MOST_POINTS));
-            }
             let first = route.points.first();
             if route.points.iter().all(|point| Some(point) == first) {
                 c.fault("expected at least two points that differ");
@@ -78,23 +42,13 @@ impl<'a> Check<'a> {
                 c.fault(format_args!("expected a length of at most {LONGEST} m, found {length} m"));
             }
         });
-        if !(1..=LANES).contains(&route.lanes) {
-            self.field("lanes", |c| c.fault(format_args!("expected from 1 to {LANES} lanes, found {}", route.lanes)));
-        }
-        self.number("lane_width", route.lane_width, 0.5, 100.0);
-        self.number("speed_limit_kmh", route.speed_limit_kmh, 1.0, FASTEST_KMH);
         let length = driven_length(route);
         self.each("limits", &route.limits, |c, limit| {
             c.along_route("from", limit.from, length);
-            c.number("kmh", limit.kmh, 1.0, FASTEST_KMH);
         });
         self.each("stops", &route.stops, |c, stop| c.stop(stop, length));
         if route.closed && !route.then.is_empty() {
             self.field("then", |c| c.fault("not allowed for a closed route, which continues at its own beginning"));
-        }
-        if route.then.len() > MOST_WAYS {
-            let count = route.then.len();
-            self.field("then", |c| c.fault(format_args!("expected at most {MOST_WAYS} routes, found {count}")));
         }
         self.each("then", &route.then, |c, name| {
             c.known_route(name);
@@ -106,14 +60,6 @@ impl<'a> Check<'a> {
                 ));
             }
         });
-        self.each("from_lanes", &route.from_lanes, |c, &lane| {
-            if lane >= LANES {
-                c.fault(format_args!("expected a lane from 0 to {}, found {lane}", LANES - 1));
-            }
-        });
-        if let Some(longest) = route.longest_vehicle {
-            self.number("longest_vehicle", longest, 0.1, LONGEST_VEHICLE);
-        }
     }
 
     /// A place between a route's beginning and its end, if that is known; metres, which may be rounded.
@@ -131,13 +77,12 @@ impl<'a> Check<'a> {
 
     fn stop(&mut self, stop: &Stop, length: Option<f64>) {
         self.along_route("at", stop.at, length);
-        self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
         if stop.keep_clear > 0.0 && stop.signal.is_none() {
             self.field("keep_clear", |c| c.fault("only allowed at a stop with a signal"));
         }
         match (&stop.signal, stop.seconds) {
             (Some(signal), None) => self.known_group(signal, stop.group),
-            (None, Some(seconds)) => self.number("seconds", seconds, 0.0, LONGEST_WAIT),
+            (None, Some(_)) => {}
             _ => self.fault("expected either a signal (and its group) or seconds"),
         }
     }
@@ -165,12 +110,15 @@ impl<'a> Check<'a> {
     pub(super) fn generated_vehicles(&mut self) {}
 
     pub(super) fn vehicle(&mut self, entity: &Entity, vehicle: &Vehicle) {
-        self.number("speed_kmh", vehicle.speed_kmh, 0.0, FASTEST_KMH);
-        if let Some(physical) = &vehicle.physical {
-            self.field("physical", |c| c.physical(physical));
+        self.described(vehicle);
+        if vehicle.physical.is_some() && !cfg!(feature = "physics") {
+            self.field("physical", |c| c.fault("this build has no physics (feature `physics`)"));
         }
         let Some(name) = &vehicle.route else {
-            return self.number("at", vehicle.at as f32, 0.0, 0.0);
+            if vehicle.at != 0.0 {
+                self.field("at", |c| c.fault("only allowed with a route"));
+            }
+            return;
         };
         self.field("route", |c| c.known_route(name));
         if let Some(route) = self.scene.routes.get(name) {
@@ -188,12 +136,6 @@ impl<'a> Check<'a> {
     /// Returns how many copies there may be.
     pub(super) fn along(&mut self, along: &'a Along) -> u64 {
         self.each("routes", &along.routes, |c, name| c.known_route(name));
-        self.number("spacing", along.spacing, 0.1, LONGEST as f32);
-        self.number("jitter", along.jitter, 0.0, LONGEST as f32);
-        self.number("from", along.from, 0.0, LONGEST as f32);
-        if let Some(beside) = along.beside {
-            self.number("beside", beside, -SIZES.1, SIZES.1);
-        }
         let named = |name: &str| along.routes.is_empty() || along.routes.iter().any(|route| route == name);
         let routes = self.scene.routes.entries().iter().filter(|(name, _)| named(name));
         let copies = |name: &str, route: &Route| {

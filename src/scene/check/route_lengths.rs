@@ -1,15 +1,10 @@
 //! Lengths of routes as they are driven, which places along them are checked by.
 
-use crate::scene::format::roads::{Route, Shape};
+use crate::scene::format::roads::{LONGEST, MOST_POINTS, Route, Shape};
 use glam::DVec3;
 use systems::space::FARTHEST;
 use systems::vehicles::route_line;
 use systems::vehicles::routes::RoutePlan;
-
-/// Metres: longer routes are refused.
-pub const LONGEST: f64 = 1e5;
-/// Points of a route.
-pub const MOST_POINTS: usize = 100_000;
 
 /// The length of a route as it is driven, metres; `None` for one that is refused for its points.
 pub fn driven_length(route: &Route) -> Option<f64> {

@@ -1,8 +1,8 @@
 //! A whole scene: one walk over the file collects every fault with its place.
 
 use super::sensor_names;
-use super::walk::{Check, MOST_ENTITIES, SIZES};
-use crate::scene::format::generators::Generator;
+use super::walk::Check;
+use crate::scene::format::generators::{Generator, MOST_ENTITIES};
 use crate::scene::format::scene::Scene;
 use crate::scene::read::files::Files;
 use systems::describe::Fault;
@@ -26,10 +26,10 @@ pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
 impl Check<'_> {
     fn scene(&mut self) {
         let scene = self.scene;
-        self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
-        self.lights(scene.lights.as_ref());
-        scene.origin.iter().for_each(|origin| self.position("origin", origin));
-        scene.geo_origin.iter().for_each(|origin| self.field("geo_origin", |c| c.described(origin)));
+        self.field("piece_metres", |c| c.described(&scene.piece_metres));
+        self.part("lights", scene.lights.as_ref());
+        self.part("origin", scene.origin.as_ref());
+        self.part("geo_origin", scene.geo_origin.as_ref());
         self.field("environment", |c| c.described(&scene.environment));
         self.field("clock", |c| {
             c.described(&scene.clock);
@@ -52,7 +52,7 @@ impl Check<'_> {
         self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
         self.each("generators", &scene.generators, |c, g| entities = entities.saturating_add(c.generator(g)));
         // A count that is refused by itself need not be refused twice.
-        if entities > MOST_ENTITIES && self.faults.is_empty() {
+        if entities > MOST_ENTITIES.into() && self.faults.is_empty() {
             let message = format!("expected at most {MOST_ENTITIES} entities, found {entities}");
             self.field("generators", |c| c.fault(message));
         }

@@ -3,19 +3,12 @@
 #[cfg(feature = "vehicles")]
 use super::route_lengths::driven_length;
 use crate::scene::format::scene::Scene;
-use crate::scene::format::values::{Named, Scale};
+use crate::scene::format::values::Named;
 use crate::scene::read::files::Files;
 use crate::scene::text::faults::unknown;
 use glam::{Affine3A, Vec3};
 use std::fmt::Display;
-use systems::assets::color_text::Color;
 use systems::describe::{Described, Fault, Step, Trail, faults};
-use systems::space::{FARTHEST, LARGEST};
-
-/// Metres; also factors of scale.
-pub const SIZES: (f32, f32) = (1e-5, LARGEST as f32);
-/// Entities of a scene.
-pub const MOST_ENTITIES: u64 = 4_000_000;
 
 /// A walk over a file: where it is, and what it found.
 pub struct Check<'a> {
@@ -55,6 +48,19 @@ impl<'a> Check<'a> {
         self.within(&faults(value));
     }
 
+    /// Faults of a described value that is there, or not.
+    pub(super) fn part<T: Described>(&mut self, name: &'static str, value: Option<&T>) {
+        value.into_iter().for_each(|value| self.field(name, |c| c.described(value)));
+    }
+
+    /// Faults of a described value as a whole. Ranges of what it is in have been checked, and hold here.
+    #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
+    pub fn whole<T: Described>(&mut self, value: &T) {
+        if !self.faults.iter().any(|fault| fault.steps.starts_with(self.at.steps())) {
+            self.within(value.check_whole().err().as_slice());
+        }
+    }
+
     /// Faults of the value here, by their places in it.
     pub fn within(&mut self, faults: &[Fault]) {
         self.faults.extend(faults.iter().map(|fault| self.at.around(fault)));
@@ -75,67 +81,6 @@ impl<'a> Check<'a> {
         self.field(name, |c| {
             for (i, item) in items.iter().enumerate() {
                 c.inside(Step::Index(i), "", |c| check(c, item));
-            }
-        });
-    }
-
-    pub fn number(&mut self, name: &'static str, value: f32, min: f32, max: f32) {
-        self.field(name, |c| c.in_range(value, min, max));
-    }
-
-    pub fn in_range(&mut self, value: f32, min: f32, max: f32) {
-        if !(min..=max).contains(&value) {
-            self.fault(format_args!("expected a number from {min} to {max}, found {value}"));
-        }
-    }
-
-    pub fn numbers(&mut self, name: &'static str, values: &[f32], min: f32, max: f32) {
-        self.field(name, |c| {
-            for (i, &value) in values.iter().enumerate() {
-                c.inside(Step::Index(i), "", |c| c.in_range(value, min, max));
-            }
-        });
-    }
-
-    pub fn position(&mut self, name: &'static str, value: &[f64; 3]) {
-        self.field(name, |c| {
-            for (i, value) in value.iter().enumerate() {
-                if !(-FARTHEST..=FARTHEST).contains(value) {
-                    let message = format!("expected a number from -{FARTHEST} to {FARTHEST}, found {value}");
-                    c.inside(Step::Index(i), "", |c| c.fault(message));
-                }
-            }
-        });
-    }
-
-    pub(super) fn count(&mut self, name: &'static str, value: u32, min: u32, max: u32) {
-        if !(min..=max).contains(&value) {
-            self.field(name, |c| c.fault(format_args!("expected a count from {min} to {max}, found {value}")));
-        }
-    }
-
-    pub fn color(&mut self, name: &'static str, color: Color, max: f32) {
-        match color.0 {
-            Ok(rgb) => self.numbers(name, &rgb.to_array(), 0.0, max),
-            Err(bad) => self.field(name, |c| c.fault(bad)),
-        }
-    }
-
-    pub(super) fn scale(&mut self, name: &'static str, scale: Scale, mirrored_too: bool) {
-        let (min, max) = SIZES;
-        let check = |c: &mut Self, s: f32| {
-            if mirrored_too && s < 0.0 {
-                c.in_range(s, -max, -min);
-            } else {
-                c.in_range(s, min, max);
-            }
-        };
-        self.field(name, |c| match scale {
-            Scale::Uniform(s) => check(c, s),
-            Scale::PerAxis(axes) => {
-                for (i, s) in axes.into_iter().enumerate() {
-                    c.inside(Step::Index(i), "", |c| check(c, s));
-                }
             }
         });
     }
@@ -166,8 +111,9 @@ impl<'a> Check<'a> {
     }
 
     pub(super) fn direction(&mut self, name: &'static str, value: [f32; 3]) {
-        let length = Vec3::from_array(value).length();
-        if !(1e-6..=1e6).contains(&length) {
+        let length = Vec3::from_array(value).as_dvec3().length();
+        // Numbers that are none are said by themselves.
+        if length.is_finite() && !(1e-6..=1e6).contains(&length) {
             self.field(name, |c| c.fault(format_args!("expected a direction, found one of length {length}")));
         }
     }

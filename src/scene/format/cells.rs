@@ -9,13 +9,20 @@ use systems::space::FARTHEST;
 pub const OUTSIDE_NAME: &str = "outside";
 
 /// A convex room: a box by two corners, or the hull of a convex mesh.
-#[derive(Deserialize, Debug, Default)]
+#[derive(Serialize, Deserialize, JsonSchema, Debug, Default)]
 #[serde(default, deny_unknown_fields)]
 pub struct Cell {
+    /// Corners of a box: those of the least and the largest coordinates.
+    #[schemars(inner(inner(range(min = -FARTHEST, max = FARTHEST))), extend("unit" = "m"))]
     pub r#box: Option<[[f64; 3]; 2]>,
+    /// Name of a convex mesh, of which the walls are the planes; instead of a box.
     pub hull: Option<String>,
+    /// Place of the mesh's origin.
+    #[schemars(inner(range(min = -FARTHEST, max = FARTHEST)), extend("unit" = "m"))]
     pub translation: [f64; 3],
 }
+
+impl Described for Cell {}
 
 /// A convex polygon between two cells, or a cell and outside.
 #[derive(Serialize, Deserialize, JsonSchema, Debug)]

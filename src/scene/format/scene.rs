@@ -10,40 +10,83 @@ use super::rigs::Rigs;
 use super::roads::{Route, Signal, Traffic};
 use super::sensors::Class;
 use super::surfaces::{Material, MeshSource};
-use super::values::Named;
+use super::values::{Named, Origin, PieceMetres};
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use systems::assets::color_text::Color;
 use systems::describe::Described;
 use systems::{draw, ecs};
 
-/// A whole file.
-#[derive(Deserialize, Debug)]
+/// A whole scene.
+#[derive(Serialize, Deserialize, JsonSchema, Debug)]
 #[serde(default, remote = "Self")]
+#[schemars(deny_unknown_fields)]
 pub struct Scene {
+    /// Seed of generators without one of their own, and of the simulation's random numbers.
     pub seed: u64,
-    pub origin: Option<[f64; 3]>,
+    /// Point that the world's places count from; chosen where coordinates are [large](#far-from-zero).
+    pub origin: Option<Origin>,
+    /// Place of the scene on Earth, for GNSS.
+    #[schemars(extend("see" = "[geo origin](sensors.md#geo-origin)"))]
     pub geo_origin: Option<GeoOrigin>,
-    pub piece_metres: f32,
+    /// Length beyond which objects are drawn in [pieces](#large-objects) of at most this; 0: never.
+    pub piece_metres: PieceMetres,
+    /// Choice of the lights in reach that shade objects; by default `enough`.
+    #[schemars(extend("see" = "[`(policy, tolerance)`](#lights)"))]
     pub lights: Option<Lights>,
+    /// Light from all sides, and the sky.
+    #[schemars(extend("see" = "[environment](#environment)"))]
     pub environment: Environment,
+    /// Steps of the simulation.
+    #[schemars(extend("see" = "[clock](#clock)"))]
     pub clock: Clock,
+    /// Paths of files of [vehicle types](vehicles.md#files-of-types).
+    #[schemars(extend("see" = "list of paths"))]
     pub vehicle_types: Vec<String>,
+    /// Appearance of surfaces, by name.
+    #[schemars(extend("see" = "named [materials](#material)"))]
     pub materials: Named<Material>,
+    /// Shapes, by name.
+    #[schemars(extend("see" = "named [meshes](#meshes)"))]
     pub meshes: Named<MeshSource>,
+    /// Traffic lights, by name.
+    #[schemars(extend("see" = "named [signals](#signal)"))]
     pub signals: Named<Signal>,
+    /// Roads on which vehicles drive, by name.
+    #[schemars(extend("see" = "named [routes](#route)"))]
     pub routes: Named<Route>,
+    /// Rules of the road.
+    #[schemars(extend("see" = "[traffic](#traffic)"))]
     pub traffic: Traffic,
+    /// Rooms whose walls keep light out, by name: see [portals.md](portals.md).
+    #[schemars(extend("see" = "named [cells](#cell)"))]
     pub cells: Named<Cell>,
+    /// Doors and windows between cells.
+    #[schemars(extend("see" = "list of [portals](#portal)"))]
     pub portals: Vec<Portal>,
+    /// Semantic classes that sensors see, by name; none: those of Cityscapes.
+    #[schemars(extend("see" = "named [classes](sensors.md#class)"))]
     pub classes: Named<Class>,
+    /// Things of the scene.
+    #[schemars(extend("see" = "list of [entities](#entity)"))]
     pub entities: Vec<Entity>,
+    /// Copies of things.
+    #[schemars(extend("see" = "list of [generators](#generator)"))]
     pub generators: Vec<Generator>,
     /// Once they have been read.
     #[serde(skip)]
     pub rigs: Rigs,
     #[serde(skip)]
     pub custom: Custom,
+}
+
+impl Described for Scene {}
+
+/// By what serde derives, which is a function of that name.
+impl Serialize for Scene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
 }
 
 /// By what serde derives, which is a function of that name, but for the fields that a program has added.
@@ -60,7 +103,7 @@ impl Default for Scene {
             seed: 0,
             origin: None,
             geo_origin: None,
-            piece_metres: draw::pieces::DEFAULT_METRES,
+            piece_metres: PieceMetres(draw::pieces::DEFAULT_METRES),
             lights: None,
             environment: Environment::default(),
             clock: Clock::default(),

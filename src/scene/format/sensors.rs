@@ -4,9 +4,13 @@
 use super::custom::{Others, beside};
 use super::values::Named;
 use crate::scene::text::faults::suggestion;
-use schemars::JsonSchema;
-use serde::de::{Error, MapAccess};
-use serde::{Deserialize, Deserializer, Serialize};
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{Error as _, MapAccess};
+use serde::ser::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
+use std::borrow::Cow;
 use systems::assets::color::srgb_from_linear;
 use systems::assets::color_text::Color;
 use systems::describe::{Described, field_names};
@@ -21,6 +25,39 @@ impl<'de> Deserialize<'de> for Mounted {
         let (kind, RateBeside { every, phase }) = beside(deserializer, |inner| SensorKind::deserialize(inner))?;
         let usual = Rate::default();
         Ok(Self(Sensor { kind, every: every.unwrap_or(usual.every), phase: phase.unwrap_or(usual.phase) }))
+    }
+}
+
+impl Serialize for Mounted {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Sensor { kind, every, phase } = &self.0;
+        let mut value = serde_json::to_value(kind).map_err(S::Error::custom)?;
+        for settings in value.as_object_mut().into_iter().flat_map(|kinds| kinds.values_mut()) {
+            (settings["every"], settings["phase"]) = ((*every).into(), (*phase).into());
+        }
+        value.serialize(serializer)
+    }
+}
+
+/// Settings of each kind, with the fields of [`Rate`] among them.
+impl JsonSchema for Mounted {
+    fn schema_name() -> Cow<'static, str> {
+        "Sensor".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+        let mut generator = settings.into_generator();
+        let (mut schema, rate) = (SensorKind::json_schema(&mut generator), Rate::json_schema(&mut generator));
+        let kinds = schema.get_mut("oneOf").and_then(Value::as_array_mut).into_iter().flatten();
+        for settings in kinds.filter_map(|kind| kind["properties"].as_object_mut()).flat_map(|kind| kind.values_mut()) {
+            if let (Some(own), Some(Value::Object(fields))) =
+                (settings["properties"].as_object_mut(), rate.get("properties"))
+            {
+                own.extend(fields.clone());
+            }
+        }
+        schema
     }
 }
 

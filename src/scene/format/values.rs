@@ -1,11 +1,18 @@
 //! Values with more than one way of writing: colours, scales, and lists of named things.
 
 use glam::{DVec3, Vec3};
-use serde::Deserialize;
-use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, VariantAccess, Visitor};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Deserializer, MapAccess, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt;
 use std::marker::PhantomData;
+use systems::describe::Described;
+use systems::space::{FARTHEST, LARGEST};
+
+/// Least size, metres; also factor of scale.
+pub const SMALLEST: f64 = 1e-5;
 
 /// `{ "name": value, … }` in the order of the file; the same name twice is kept for the check to find.
 #[derive(Debug)]
@@ -67,58 +74,37 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
     }
 }
 
-/// The names of a list.
-pub const fn names<T: Copy, const N: usize>(all: &[(&'static str, T); N]) -> [&'static str; N] {
-    let mut names = [""; N];
-    let mut i = 0;
-    while i < N {
-        names[i] = all[i].0;
-        i += 1;
+impl<T: Serialize> Serialize for Named<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.entries.iter().map(|(name, value)| (name, value)))
     }
-    names
 }
 
-/// Reads one of the names of a list as serde reads the variants of an enum.
-pub fn one_of<'de, D: Deserializer<'de>, T: Copy>(
-    all: &'static [(&'static str, T)],
-    names: &'static [&'static str],
-    deserializer: D,
-) -> Result<T, D::Error> {
-    #[derive(Clone, Copy)]
-    struct OneOf<T: 'static> {
-        all: &'static [(&'static str, T)],
-        names: &'static [&'static str],
+impl<T: JsonSchema> JsonSchema for Named<T> {
+    fn inline_schema() -> bool {
+        true
     }
 
-    impl<'de, T: Copy> Visitor<'de> for OneOf<T> {
-        type Value = T;
-
-        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            write!(f, "one of {}", self.names.join(", "))
-        }
-
-        fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<T, A::Error> {
-            let (value, rest) = data.variant_seed(self)?;
-            rest.unit_variant()?;
-            Ok(value)
-        }
-
-        fn visit_str<E: Error>(self, name: &str) -> Result<T, E> {
-            let found = self.all.iter().find(|(known, _)| *known == name);
-            found.map(|(_, value)| *value).ok_or_else(|| E::unknown_variant(name, self.names))
-        }
+    fn schema_name() -> Cow<'static, str> {
+        format!("Named_{}", T::schema_name()).into()
     }
 
-    impl<'de, T: Copy> DeserializeSeed<'de> for OneOf<T> {
-        type Value = T;
-
-        fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
-            deserializer.deserialize_identifier(self)
-        }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "object", "additionalProperties": generator.subschema_for::<T>() })
     }
-
-    deserializer.deserialize_enum("", names, OneOf { all, names })
 }
+
+/// Length beyond which objects are drawn in pieces; 0: never.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug)]
+pub struct PieceMetres(#[schemars(range(min = 0.0, max = LARGEST), extend("unit" = "m"))] pub f32);
+
+impl Described for PieceMetres {}
+
+/// Point of the file that the world's places count from.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug)]
+pub struct Origin(#[schemars(inner(range(min = -FARTHEST, max = FARTHEST)), extend("unit" = "m"))] pub [f64; 3]);
+
+impl Described for Origin {}
 
 /// A place of a file as the world keeps it.
 pub fn place(place: [f64; 3]) -> Vec3 {
@@ -126,10 +112,13 @@ pub fn place(place: [f64; 3]) -> Vec3 {
 }
 
 /// One number for all three axes, or one for each.
-#[derive(Deserialize, Clone, Copy, Debug)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug)]
 #[serde(untagged, expecting = "expected a number or (x, y, z)")]
+#[schemars(extend("see" = "number or (x, y, z)"))]
 pub enum Scale {
+    /// The same along all axes.
     Uniform(f32),
+    /// Along x, y and z.
     PerAxis([f32; 3]),
 }
 

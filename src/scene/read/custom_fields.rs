@@ -33,8 +33,8 @@ use systems::describe::{Fault, Trail};
 ///     const NAME: &'static str = "buoy";
 ///
 ///     fn check(&self) -> Result<(), String> {
-///         let is_sound = (0.0..=10.0).contains(&self.metres);
-///         is_sound.then_some(()).ok_or_else(|| format!("expected metres from 0 to 10, found {}", self.metres))
+///         let is_valid = (0.0..=10.0).contains(&self.metres);
+///         is_valid.then_some(()).ok_or_else(|| format!("expected metres from 0 to 10, found {}", self.metres))
 ///     }
 ///
 ///     fn insert(&self, entity: &mut EntityWorldMut) {

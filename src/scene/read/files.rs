@@ -3,7 +3,7 @@
 use crate::import::{self, Model, Node};
 use crate::scene::format::scene::Scene;
 use crate::scene::format::sensors;
-use crate::scene::format::surfaces::{MapSource, Material, MeshSource};
+use crate::scene::format::surfaces::{Map, Material, MeshSource};
 use crate::scene::text::faults::unknown;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -126,8 +126,8 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
     }
     for (i, (name, material)) in scene.materials.entries().iter().enumerate() {
         let at = Trail::default().field("materials").enter(Step::Entry(i), name);
-        let image = |map: &Option<MapSource>, kind| {
-            map.as_ref().and_then(|map| library.image(*files.images.get(&(map.file.clone(), kind))?))
+        let image = |map: &Option<Map>, kind| {
+            map.as_ref().and_then(|Map(map)| library.image(*files.images.get(&(map.file.clone(), kind))?))
         };
         let horizon = [&material.horizon_map_0, &material.horizon_map_1].map(|map| image(map, ImageKind::Data));
         if let [Some(first), Some(second)] = horizon.map(|image| image.map(|image| (image.width, image.height)))

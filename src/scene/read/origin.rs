@@ -7,6 +7,7 @@
 use crate::scene::format::entities::{self, Entity};
 use crate::scene::format::generators::{Generator, Place, Region};
 use crate::scene::format::scene::Scene;
+use crate::scene::format::values::Origin;
 use glam::{Affine3A, DVec3};
 use systems::lights::LightDescription;
 use systems::space::origin::{PRECISE, spacing};
@@ -22,7 +23,7 @@ type Whose = (&'static str, usize);
 /// Makes all places of a checked scene count from its origin; returns it, and what a person should know of it.
 pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
     let mut warnings = Vec::new();
-    let origin = scene.origin.unwrap_or_else(|| {
+    let origin = scene.origin.map(|Origin(origin)| origin).unwrap_or_else(|| {
         let chosen = choose(scene);
         if chosen != [0.0; 3] {
             warnings.push(format!(
@@ -184,7 +185,7 @@ fn turned(generator: &Generator, at: DVec3) -> DVec3 {
     let is_turned = generator.random_yaw || matches!(generator.place, Place::Along(_));
     let flat = at.x.hypot(at.z);
     let at = if is_turned { DVec3::new(flat, at.y.abs(), flat) } else { at.abs() };
-    at * f64::from(generator.random_scale[1])
+    at * f64::from(generator.random_scale.0[1])
 }
 
 /// Everything in a scene that is a place in the world. Below an entity places are its own; what has none stands at the

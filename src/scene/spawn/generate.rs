@@ -39,7 +39,7 @@ pub fn copies(generator: &Generator, scene_seed: u64, world: &World) -> Vec<Copy
             places.into_iter().map(|place| place.0).collect()
         }
     };
-    let [min_scale, max_scale] = generator.random_scale;
+    let [min_scale, max_scale] = generator.random_scale.0;
     let (meshes, materials, lights) = (generator.meshes.len(), generator.materials.len(), generator.lights.len());
     let vehicles = generator.vehicles.len();
     let finish = |(i, place): (usize, Transform)| {

@@ -62,7 +62,7 @@ pub fn spawn(scene: &Scene, items: &Items, seed: u64, world: &mut World) -> Spaw
         items,
         rigs: &scene.rigs,
         world,
-        piece_metres: scene.piece_metres,
+        piece_metres: scene.piece_metres.0,
         large: Vec::new(),
         model_cameras: Vec::new(),
         turned: TurnedMeshes::default(),

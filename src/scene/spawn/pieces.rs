@@ -19,7 +19,7 @@ const MOST_PIECES: usize = 1 << 17;
 impl Spawner<'_> {
     /// Notes what may have to be drawn in pieces, before anything with a length of its own is below it.
     pub fn note_large(&mut self, source: &Source, placement: &Placement, entity: Entity, world_from_entity: &Affine3A) {
-        let metres = source.piece_metres.unwrap_or(self.piece_metres);
+        let metres = source.piece_metres.map_or(self.piece_metres, |own| own.0);
         let is_longer = |aabb: &Aabb| pieces::is_longer(*aabb, world_from_entity, metres);
         match placement.mesh.and_then(|mesh| self.items.shape(mesh)) {
             Some(Shape::Mesh(_, aabb)) if is_longer(aabb) => self.large.push((entity, metres)),
