@@ -1,4 +1,4 @@
-//! What a described struct says of its fields, read from its JSON schema.
+//! Fields of described structs, read from their JSON schemas.
 
 use super::check::Described;
 use super::fault::{Fault, Trail};

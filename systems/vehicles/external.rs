@@ -247,7 +247,7 @@ impl External {
         Offset { place, yaw: steering::wrapped(motion.yaw - self.now.yaw), tilt }
     }
 
-    /// What is left of the difference, and its change per second: a cubic from the first to nothing.
+    /// Remainder of the difference, and its change per second: a cubic from the first to nothing.
     fn correction(&self) -> (Offset, Offset) {
         let (seconds, t) = (self.interval, self.since / self.interval);
         if t >= 1.0 {

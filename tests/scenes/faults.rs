@@ -14,14 +14,17 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("(entities: [(light: spot(rang: 2))])", "1:26: unknown field \"rang\"; did you mean \"range\"?"),
         (
             "(entities: [(light: point(attenuation: cubic))])",
-            "1:45: expected (constant, linear, quadratic) or inverse_square",
+            "1:45: entities[0].light.attenuation: expected (constant, linear, quadratic) or inverse_square",
         ),
         ("(materials: {\"m\": (base_map: (fil: \"a.png\"))})", "1:31: unknown field \"fil\"; did you mean \"file\"?"),
         (
             "(environment: (ambient: red))",
-            "1:28: expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)",
+            "1:28: environment.ambient: expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)",
         ),
-        ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
+        (
+            "(entities: [(transform: (scale: \"big\"))])",
+            "1:34: entities[0].transform.scale: expected a number or (x, y, z)",
+        ),
         ("(seed: 1, seed: 2)", "1:11: duplicate field \"seed\""),
         (
             "(entities: [(name: \"c\", sensor: camera()), (children: [(name: \"c\", sensor: lidar())])])",

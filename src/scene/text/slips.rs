@@ -36,7 +36,11 @@ pub fn explain_at(text: &str, gave_up: usize, error: &ron::Error) -> Slip {
         let message = format!("expected an ordinary space, found the space U+{:04X}", u32::from(blank));
         (gave_up, around.levels.clone(), message)
     } else {
-        around.explain(error).unwrap_or_else(|| (at, Vec::new(), describe(error)))
+        around.explain(error).unwrap_or_else(|| {
+            // A value of one of our own types; names that are not known name their place themselves.
+            let is_of_value = matches!(error, ron::Error::Message(wanted) if wanted.starts_with("expected"));
+            (at, if is_of_value { around.levels.clone() } else { Vec::new() }, describe(error))
+        })
     };
     Slip { line_column: places::line_column(text, at), place: place(&levels), message }
 }

@@ -146,7 +146,7 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
 
 #[test]
 fn the_old_name_of_manual_is_read_with_a_warning() {
-    let folder = Folder::new();
+    let folder = Folder::with_cart();
     folder.file("vehicles.ron", TYPES);
     let text = r#"(vehicle_types: ["vehicles.ron"], entities: [
         (vehicle: (type: "cart")),
