@@ -107,7 +107,7 @@ def calls(sim):
     yield lambda **given: relief.Light.directional(1, **given), "angle_degrees", "number", OPTIONAL
     for name in ("outer_degrees", "inner_degrees"):
         yield lambda **given: relief.Light.spot(1, **given), name, "number", OPTIONAL
-    for name, kind in [("intensity", "number"), ("range", "number"), ("color", "color"), ("enabled", "flag")]:
+    for name, kind in [("intensity", "number"), ("range", "number"), ("color", "color"), ("on", "flag")]:
         yield setter(lamp, name), 0, kind, (name, "missing")
     yield setter(lamp, "shadows"), 0, "flag", ("shadows", "missing")
     yield setter(lamp, "radius"), 0, "number", ("radius", "missing")
@@ -272,7 +272,7 @@ def test_what_was_found_is_shown(field):
     assert message(lambda: relief.step([sim, 5])) == "sims[1]: expected a Sim, found 5"
     whole = f"expected a whole number from 0 to {2**64 - 1}"
     assert message(lambda: relief.step([sim], n=[1.5])) == f"n[0]: {whole}, found 1.5"
-    assert message(lambda: sim.add_lidar("top", beams=64)) == "beams: expected a string, found 64"
+    assert message(lambda: sim.add_lidar("top", beams=64)) == "beams: expected a string or a dictionary, found 64"
     assert message(lambda: sim.step(-1)) == f"n: {whole}, found -1"
     assert message(lambda: sim.add_camera("a", at=(0, 0))) == "at: expected 3 numbers, found (0, 0)"
     found = "at: expected 3 numbers, found ndarray of shape (2, 2)"

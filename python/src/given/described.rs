@@ -2,9 +2,9 @@
 //! stands once, beside it.
 
 use crate::errors::Failure;
-use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, required, wrong_type};
+use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, items, required, wrong_type};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
 use relief::name;
 use relief::scene::Overrides;
 use relief::systems::describe::{Described, Field, check, fields_of, names, schema};
@@ -66,7 +66,8 @@ pub fn convert(field: &Field, given: &Bound<'_, PyAny>, read: &dyn Fn(Value) -> 
     let part = field.optional_part();
     let Field { name, schema: field } = *field;
     let names = names(field);
-    if let (Some(part), Ok(dict)) = (part, given.cast::<PyDict>()) {
+    if let Some(part) = part {
+        let dict = given.cast::<PyDict>().map_err(|_| wrong_type(name, "a dictionary", given))?;
         let mut arguments = Keywords::of(name, dict);
         let value = take(&mut arguments, part, &|_| true, read)?.into();
         arguments.finish()?;
@@ -90,7 +91,10 @@ pub fn convert(field: &Field, given: &Bound<'_, PyAny>, read: &dyn Fn(Value) -> 
     } else if is_a(field, "array") {
         return list(name, field, given);
     } else {
-        json(given).map_err(|error| Failure::value(format!("{name}: {error}")))?
+        match json(given).map_err(|error| Failure::value(format!("{name}: {error}")))? {
+            choice @ (Value::String(_) | Value::Object(_)) => choice,
+            _ => return Err(wrong_type(name, "a string or a dictionary", given)),
+        }
     };
     read(value.clone()).map_err(|error| match field["expected"].as_str() {
         Some(expected) => Failure::value(format!("{name}: expected {expected}, found {}", found(given))),
@@ -195,10 +199,7 @@ fn json_within(given: &Bound<'_, PyAny>, deepest: usize) -> PyResult<Value> {
         };
         return Ok(Value::Object(dict.iter().map(item).collect::<PyResult<_>>()?));
     }
-    if given.is_instance_of::<PyBytes>() {
-        return Err(refused());
-    }
-    let items = given.try_iter().map_err(|_| refused())?;
+    let items = items(given).map_err(|_| refused())?;
     Ok(Value::Array(items.map(|item| json_within(&item?, deeper)).collect::<PyResult<_>>()?))
 }
 

@@ -1,7 +1,7 @@
 //! Lights as they are described: kind, colour, reach, size.
 
 use crate::errors::{Failure, Outcome};
-use crate::given::arguments::{Argument, Keywords};
+use crate::given::arguments::{Argument, Keywords, required};
 use crate::given::described::{read, take};
 use crate::given::values::Placing;
 use pyo3::prelude::*;
@@ -33,23 +33,19 @@ pub fn refuse_turned(light: &lights::Light, placing: &Placing) -> Outcome<()> {
 }
 
 impl Light {
-    /// Reads the fields of a kind of light, the first of which may be given by their place. `usual`: those that are
-    /// otherwise than in scene files where they are not given.
+    /// Reads the fields of a kind of light. `usual`: those that are otherwise than in scene files where they are not
+    /// given.
     fn of_kind(
         kind: &'static str,
-        first: &[(&str, Option<&Bound<'_, PyAny>>)],
-        given: Option<&Bound<'_, PyDict>>,
+        intensity: &Bound<'_, PyAny>,
+        range: Option<&Bound<'_, PyAny>>,
+        fields: Option<&Bound<'_, PyDict>>,
         usual: impl FnOnce(&mut Value),
     ) -> PyResult<Self> {
-        let Some(py) =
-            given.map(|given| given.py()).or_else(|| first.iter().find_map(|(_, given)| given.map(Bound::py)))
-        else {
-            return Err(Failure::value("intensity: expected a number").into());
-        };
-        let all = given.map_or_else(|| Ok(PyDict::new(py)), |given| given.copy())?;
-        for (name, value) in first {
-            value.map_or(Ok(()), |value| all.set_item(name, value))?;
-        }
+        let all = fields.map_or_else(|| Ok(PyDict::new(intensity.py())), |fields| fields.copy())?;
+        required::<f64>("intensity", intensity)?;
+        all.set_item("intensity", intensity)?;
+        range.map_or(Ok(()), |range| all.set_item("range", range))?;
         let mut arguments = Keywords::new(Some(&all));
         let is_of_kind = |field: &Field| field.is_of(kind);
         let whole = |fields| serde_json::from_value::<LightFields>(fields).map(drop).map_err(|error| error.to_string());
@@ -72,7 +68,7 @@ impl Light {
         range: Option<&Bound<'_, PyAny>>,
         fields: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        Self::of_kind("point", &[("intensity", Some(intensity)), ("range", range)], fields, |_| {})
+        Self::of_kind("point", intensity, range, fields, |_| {})
     }
 
     /// A cone along its −Z, which looks forward where it is placed with `yaw` and `pitch` 0. `outer_degrees`: half the
@@ -85,7 +81,7 @@ impl Light {
         range: Option<&Bound<'_, PyAny>>,
         fields: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        Self::of_kind("spot", &[("intensity", Some(intensity)), ("range", range)], fields, |fields| {
+        Self::of_kind("spot", intensity, range, fields, |fields| {
             if ["cutoff_degrees", "exponent", "outer_degrees"].iter().all(|name| fields[name].is_null()) {
                 fields["outer_degrees"] = json!(30.0);
             }
@@ -97,7 +93,7 @@ impl Light {
     #[staticmethod]
     #[pyo3(signature = (intensity, **fields))]
     fn directional(intensity: &Bound<'_, PyAny>, fields: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        Self::of_kind("directional", &[("intensity", Some(intensity))], fields, |_| {})
+        Self::of_kind("directional", intensity, None, fields, |_| {})
     }
 
     fn __repr__(&self) -> String {
