@@ -1,7 +1,7 @@
 """Methods and properties of what is described: sensors by their kinds, and the fields of lights.
 
-A description is the JSON schema of a thing's fields: names, units, ranges, defaults and documentation. Scene files go by
-the same.
+A description is the JSON schema of a thing's fields: names, units, ranges, defaults and documentation. Scene files go
+by the same.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ _PLACE = """Keywords:
 `at`: metres. `yaw`, `pitch`, `roll`: radians, to the left, up, right side down; or `look_at`: a point.
 `every`: steps from one capture to the next. `phase`: the step's number modulo `every` at which it is due."""
 
-_LENS = """`K`: (fx, fy, cx, cy) or a matrix (3, 3), pixels, with `distortion`, OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, or with
-`fisheye`, k1 to k4, and `largest_degrees` from the axis; or `fov_y_degrees`, or `fov_x_degrees`, or `half_height`, metres,
-of a parallel projection; or `lens` as scene files have it."""
+_LENS = """`K`: (fx, fy, cx, cy) or a matrix (3, 3), pixels, with `distortion`, OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, or
+with `fisheye`, k1 to k4, and `largest_degrees` from the axis; or `fov_y_degrees`, or `fov_x_degrees`, or `half_height`,
+metres, of a parallel projection; or `lens` as scene files have it."""
 
 
 def kinds(schema: Dict[str, Any]) -> Dict[str, Dict[str, Any]]:

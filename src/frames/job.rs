@@ -1,7 +1,7 @@
 //! The frames of a run, one after the other, as files.
 //!
-//! The range asked for is reached by stepping ([`super::run`]) and drawn frame by frame. Each picture is written whole, so
-//! that an interrupted run can be resumed by what is there.
+//! The range asked for is reached by stepping ([`super::run`]) and drawn frame by frame. Each picture is written whole,
+//! so that an interrupted run can be resumed by what is there.
 
 use super::FrameError;
 use super::encoding::{OutputKind, is_written, names_of_ids, outputs_of, pictures};

@@ -32,7 +32,8 @@
 //!
 //! Attributes that schemas do not have are said by `extend`: `"unit"`, by its symbol; `"infinite"`, where infinity is
 //! written by leaving the field out; `"of"`, what a list is of, for messages; `"expected"`, a value in its several ways
-//! of writing, for messages; `"see"`, such a value in tables of the docs; `"kinds"`, where a field belongs to some kinds of a thing only.
+//! of writing, for messages; `"see"`, such a value in tables of the docs; `"kinds"`, where a field belongs to some
+//! kinds of a thing only.
 
 pub(crate) mod angle;
 pub(crate) mod check;

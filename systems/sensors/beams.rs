@@ -105,7 +105,8 @@ impl Beams {
     }
 }
 
-/// Vertical corrections of the VLP-16's rings from −15° to −1°, millimetres; those above are their negatives in reverse.
+/// Vertical corrections of the VLP-16's rings from −15° to −1°, millimetres; those above are their negatives in
+/// reverse.
 const VLP16_MILLIMETRES: [f32; 8] = [11.2, 9.7, 8.1, 6.6, 5.1, 3.7, 2.2, 0.7];
 
 fn vlp16(ring: u8) -> Beam {

@@ -156,7 +156,8 @@ pub struct CameraSensor {
     /// Distance of the near plane along the optical axis.
     #[schemars(range(min = 1e-5, max = 1e6), extend("unit" = "m"))]
     pub near: f32,
-    /// Distance of the far plane, beyond which nothing is seen; of an orthographic lens 1,000 m beyond `near` by default.
+    /// Distance of the far plane, beyond which nothing is seen; of an orthographic lens 1,000 m beyond `near` by
+    /// default.
     #[serde(with = "infinite")]
     #[schemars(with = "Option<f32>", extend("maximum" = 1_000_000_000, "infinite" = true, "unit" = "m"))]
     pub far: f32,

@@ -155,9 +155,9 @@ impl Vehicle {
         Ok(name::of(&MOTION_SOURCES, source))
     }
 
-    /// Moves it from outside, as another simulator or a trace has it: it is `at` a place in the scene, metres, turned by
-    /// `yaw`, with a `velocity` (x, y, z) in the scene's axes, m/s, and a `yaw_rate`, radians per second. Given `pitch`
-    /// or `roll`, it is as high and tilted as they say; without both it stands on the ground.
+    /// Moves it from outside, as another simulator or a trace has it: it is `at` a place in the scene, metres, turned
+    /// by `yaw`, with a `velocity` (x, y, z) in the scene's axes, m/s, and a `yaw_rate`, radians per second. Given
+    /// `pitch` or `roll`, it is as high and tilted as they say; without both it stands on the ground.
     ///
     /// `stamp`: the time of this, by default now: seconds of the clock, later than that of the call before, and at most
     /// 2 s from now. Between stamps it goes on at its speed and yaw rate, and a newer one takes over smoothly, or by a

@@ -1,5 +1,5 @@
-//! Fields of what is described: taken from keywords, and shown, by the JSON schemas of their structs. So what a field is
-//! stands once, beside it.
+//! Fields of what is described: taken from keywords, and shown, by the JSON schemas of their structs. So what a field
+//! is stands once, beside it.
 
 use crate::errors::Failure;
 use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, items, required, wrong_type};

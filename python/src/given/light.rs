@@ -58,9 +58,9 @@ impl Light {
 
 #[pymethods]
 impl Light {
-    /// In all directions from a point. `range`: metres at which it has faded to nothing. Further keywords are the fields
-    /// that scene files have for point lights (docs/scenes.md), such as `color`, "#rrggbb" in sRGB or three linear
-    /// numbers, `shadows` and `radius`.
+    /// In all directions from a point. `range`: metres at which it has faded to nothing. Further keywords are the
+    /// fields that scene files have for point lights (docs/scenes.md), such as `color`, "#rrggbb" in sRGB or three
+    /// linear numbers, `shadows` and `radius`.
     #[staticmethod]
     #[pyo3(signature = (intensity, range=None, **fields))]
     fn point(

@@ -31,7 +31,8 @@ pub struct Portal {
     /// Names of the two cells; one of them may be `outside`.
     pub between: [String; 2],
     /// Corners in their order around it.
-    #[schemars(length(min = 3, max = 64), inner(inner(range(min = -FARTHEST, max = FARTHEST))), extend("unit" = "m", "of" = "corners"))]
+    #[schemars(length(min = 3, max = 64), inner(inner(range(min = -FARTHEST, max = FARTHEST))))]
+    #[schemars(extend("unit" = "m", "of" = "corners"))]
     pub polygon: Vec<[f64; 3]>,
     /// Name in lists; by default those of the two cells.
     #[serde(default)]

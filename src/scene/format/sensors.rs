@@ -1,5 +1,5 @@
-//! Sensors with their rate, and the classes that outputs have for what is seen. What a sensor of a kind is stands on its
-//! settings in [`systems::sensors`].
+//! Sensors with their rate, and the classes that outputs have for what is seen. What a sensor of a kind is stands on
+//! its settings in [`systems::sensors`].
 
 use super::custom::{Others, beside};
 use super::values::Named;

@@ -432,7 +432,8 @@ pub struct ModelSource {
     /// Path: `.gltf` or `.glb`.
     #[schemars(extend("see" = "path"))]
     pub file: String,
-    /// Name of the only node that is taken, with those below it. It is moved to the origin, and keeps its size and turn.
+    /// Name of the only node that is taken, with those below it. It is moved to the origin, and keeps its size and
+    /// turn.
     #[serde(default)]
     pub node: Option<String>,
     /// Has its lights [cast shadows](#lights).
