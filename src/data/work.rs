@@ -1,7 +1,7 @@
 //! Renderings of a run as data: of its frames as pictures, or of its sensors as a data set.
 
 use crate::data::dataset::job::{SensorJob, render_sensors};
-use crate::frames::{FrameError, FrameJob, RunJob, render_frames};
+use crate::frames::{FrameError, FrameJob, Frames, RunJob, render_frames};
 use crate::renderer::Settings;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -73,7 +73,18 @@ impl Work {
         if shadow_maps > most {
             return Some(format!("shadow_maps: expected 0 to {most}, found {shadow_maps}"));
         }
+        let last = match &self.run().frames {
+            Frames::First(count) => *count,
+            Frames::Range(range) => range.end,
+            Frames::All => 0,
+        };
+        if last > RunJob::MOST_FRAMES {
+            return Some(format!("frames: expected numbers below {}, found {last}", RunJob::MOST_FRAMES));
+        }
         match self {
+            Self::Sensors(job) if job.dataset.sensors.as_ref().is_some_and(Vec::is_empty) => {
+                Some("sensors: expected at least one".to_owned())
+            }
             Self::Frames(FrameJob { size: (width, height), .. })
                 if ![width, height].iter().all(|side| (1..=FrameJob::LARGEST_SIDE).contains(*side)) =>
             {

@@ -29,6 +29,9 @@ pub struct RunJob {
 }
 
 impl RunJob {
+    /// Frame numbers stay below this.
+    pub const MOST_FRAMES: u64 = 1_000_000_000;
+
     /// The first frame of a scene.
     pub fn new(scene: impl Into<PathBuf>) -> Self {
         Self {

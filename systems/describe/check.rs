@@ -15,22 +15,30 @@ use std::fmt::{self, Display};
 /// A struct, or a choice of structs, whose fields are described on itself.
 pub trait Described: Serialize + DeserializeOwned + JsonSchema + 'static {
     /// Checks what ranges of single fields cannot say. It is asked where they do not hold, too.
-    ///
-    /// # Errors
-    /// The first fault, with its place in this value.
-    fn check_whole(&self) -> Result<(), Fault> {
-        Ok(())
+    /// Returns each fault with its place in this value.
+    fn check_whole(&self) -> Vec<Fault> {
+        Vec::new()
     }
 }
 
-/// Faults of a value: all that are out of range, and the first of the whole, unless it is of one of these.
+/// Faults of a value: all that are out of range, and those of the whole that are not of one of these.
 pub fn faults<T: Described>(value: &T) -> Vec<Fault> {
+    let (mut ranges, whole) = both(value);
+    ranges.extend(whole);
+    ranges
+}
+
+/// Faults of a value as a whole, where its ranges have been checked as those of a part.
+pub fn whole_faults<T: Described>(value: &T) -> Vec<Fault> {
+    both(value).1
+}
+
+fn both<T: Described>(value: &T) -> (Vec<Fault>, Vec<Fault>) {
     let mut found = Found::default();
     walk(value, schema::<T>(), Limits::default(), &mut found);
-    let mut faults = found.faults;
-    let whole = value.check_whole().err();
-    faults.extend(whole.filter(|whole| faults.iter().all(|fault| !fault.steps.starts_with(&whole.steps))));
-    faults
+    let mut whole = value.check_whole();
+    whole.retain(|whole| found.faults.iter().all(|fault| !fault.steps.starts_with(&whole.steps)));
+    (found.faults, whole)
 }
 
 /// Checks a value.
@@ -48,7 +56,6 @@ struct Limits<'a> {
     above: Option<f64>,
     most: Option<f64>,
     one_of: Option<&'a Vec<Value>>,
-    may_be_infinite: bool,
     /// Counted things.
     noun: Option<&'static str>,
 }
@@ -64,7 +71,6 @@ impl<'a> Limits<'a> {
             above: tightest(number("exclusiveMinimum"), self.above, f64::max),
             most: tightest(number("maximum"), self.most, f64::min),
             one_of: schema["enum"].as_array().or(self.one_of),
-            may_be_infinite: self.may_be_infinite || schema["infinite"] == true,
             noun: COUNTED.iter().find(|(unit, _)| schema["unit"] == *unit).map(|(_, noun)| *noun).or(self.noun),
         }
     }
@@ -76,9 +82,6 @@ impl<'a> Limits<'a> {
             let values: Vec<String> = values.iter().map(Value::to_string).collect();
             let expected = || format!("expected {}, found {shown}", values.join(" or "));
             return is_one.then_some(()).ok_or_else(expected);
-        }
-        if number == f64::INFINITY && self.may_be_infinite {
-            return Ok(());
         }
         let is_within = self.least.is_none_or(|least| number >= round(least))
             && self.above.is_none_or(|above| number > round(above))
@@ -420,9 +423,10 @@ mod tests {
     }
 
     impl Described for Thing {
-        fn check_whole(&self) -> Result<(), Fault> {
+        fn check_whole(&self) -> Vec<Fault> {
+            let has_both = self.bits == 12 && self.gain.is_some();
             let fault = || Trail::default().field("gain").fault("expected none beside 12 bits");
-            if self.bits == 12 && self.gain.is_some() { Err(fault()) } else { Ok(()) }
+            has_both.then(fault).into_iter().collect()
         }
     }
 

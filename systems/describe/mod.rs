@@ -42,6 +42,6 @@ pub mod infinite;
 pub(crate) mod schema;
 
 pub use angle::degrees;
-pub use check::{Described, check, faults};
+pub use check::{Described, check, faults, whole_faults};
 pub use fault::{Fault, Step, Trail};
 pub use schema::{Field, field_names, fields, fields_of, names, of_other_kinds, schema};

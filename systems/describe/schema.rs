@@ -52,9 +52,12 @@ impl Field {
 
     /// The struct that may be there, or not.
     pub fn optional_part(&self) -> Option<&'static Value> {
-        let itself = [self.schema].into_iter();
-        let mut choices = itself.chain(self.schema["anyOf"].as_array().into_iter().flatten());
-        choices.find(|choice| choice["properties"].is_object()).filter(|_| !self.is_part())
+        let choices = self.schema["anyOf"].as_array().into_iter().flatten();
+        let may_be_none = |choice: &Value| choice["type"] == "null" || choice["type"][1] == "null";
+        if ![self.schema].into_iter().chain(choices.clone()).any(may_be_none) {
+            return None;
+        }
+        [self.schema].into_iter().chain(choices).find(|choice| choice["properties"].is_object())
     }
 
     /// Tells if the thing's kind has it.
@@ -94,18 +97,13 @@ pub fn fields_of(schema: &'static Value) -> impl Iterator<Item = Field> {
     properties.map(|(name, schema)| Field { name, schema })
 }
 
-/// Refuses values in fields that a thing of that kind does not have. `noun`: `light`, for messages.
-///
-/// # Errors
-/// The first field that is given, and the kinds that have it.
-pub fn of_other_kinds<T: Described + Default>(kind: &str, noun: &str, value: &T) -> Result<(), Fault> {
-    let Ok(values) = serde_json::to_value(value) else { return Ok(()) };
-    let Ok(defaults) = serde_json::to_value(T::default()) else { return Ok(()) };
-    let foreign = fields::<T>().into_iter().filter(|field| !field.is_of(kind));
-    match foreign.into_iter().find(|field| values[field.name] != defaults[field.name]) {
-        None => Ok(()),
-        Some(field) => Err(Trail::default().field(field.name).fault(field.refusal(&format!("{kind} {noun}")))),
-    }
+/// Faults of fields that a thing of that kind does not have, and which are not as they are by default. `noun`: `light`,
+/// for messages.
+pub fn of_other_kinds<T: Described>(kind: &str, noun: &str, value: &T) -> Vec<Fault> {
+    let Ok(values) = serde_json::to_value(value) else { return Vec::new() };
+    let foreign = fields_of(schema::<T>()).filter(|field| !field.is_of(kind));
+    let given = foreign.filter(|field| values[field.name] != field.schema["default"]);
+    given.map(|field| Trail::default().field(field.name).fault(field.refusal(&format!("{kind} {noun}")))).collect()
 }
 
 /// Names of the fields that serde reads of a struct, in their order; of anything else none.

@@ -153,4 +153,19 @@ impl Light {
             LightKind::Point | LightKind::Spot { .. } => self.radius,
         }
     }
+
+    /// Tells if its numbers are finite; the range alone may be infinite. Lights of files may be beyond the ranges of
+    /// descriptions.
+    pub(crate) fn is_valid(&self) -> bool {
+        let cone = match self.kind {
+            LightKind::Spot { outer, inner, exponent } => [outer, inner.unwrap_or(outer), exponent],
+            LightKind::Point | LightKind::Directional => [0.0; 3],
+        };
+        let vectors = [self.color, self.ambient, self.attenuation];
+        let numbers = cone.iter().all(|n| n.is_finite()) && vectors.iter().all(|v| v.is_finite());
+        let near = self.shadow_near.is_finite() && self.shadow_near > 0.0;
+        let size = (0.0..=Self::MOST_RADIUS).contains(&self.radius)
+            && (0.0..=Self::MOST_DEGREES.to_radians()).contains(&self.angle);
+        numbers && near && size && self.intensity.is_finite() && !self.range.is_nan()
+    }
 }

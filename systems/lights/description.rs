@@ -2,7 +2,7 @@
 
 use super::components::{Light, LightKind};
 use crate::assets::color_text::{BRIGHTEST, Color};
-use crate::describe::{Described, Fault, Trail, check, degrees, infinite, of_other_kinds};
+use crate::describe::{Described, Fault, Trail, degrees, infinite, of_other_kinds};
 use crate::space::transform::FARTHEST;
 use glam::Vec3;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -56,13 +56,13 @@ pub struct LightFields {
     #[schemars(range(min = 0.0, max = Light::MOST_RADIUS), extend("unit" = "m", "kinds" = ["point", "spot"]))]
     pub radius: f32,
     /// Half angle of a cone, beyond which there is no light.
-    #[schemars(range(min = 0.1, max = 85.0), extend("unit" = "°", "kinds" = ["spot"]))]
+    #[schemars(range(min = 0.05, max = 85.0), extend("unit" = "°", "kinds" = ["spot"]))]
     pub cutoff_degrees: Option<f32>,
     /// Power of the angle's cosine; 0: an even, hard-edged cone.
     #[schemars(range(min = 0.0, max = 10000.0), extend("kinds" = ["spot"]))]
     pub exponent: Option<f32>,
     /// Half angle of a cone, beyond which there is no light.
-    #[schemars(range(min = 0.1, max = 85.0), extend("unit" = "°", "kinds" = ["spot"]))]
+    #[schemars(range(min = 0.05, max = 85.0), extend("unit" = "°", "kinds" = ["spot"]))]
     pub outer_degrees: Option<f32>,
     /// Half angle within which the light is full; by default 0.8 of the outer. A smooth step lies between the two.
     #[schemars(range(min = 0.0, max = 85.0), extend("unit" = "°", "kinds" = ["spot"]))]
@@ -106,27 +106,27 @@ impl LightDescription {
 impl Described for LightFields {}
 
 impl Described for LightDescription {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         let (at, fields) = (Trail::default(), self.fields());
-        of_other_kinds(Light::from(self).kind.name(), "light", fields)?;
+        let mut faults = of_other_kinds(Light::from(self).kind.name(), "light", fields);
         if fields.attenuation.0.element_sum() <= 0.0 {
-            return Err(at.field("attenuation").fault("expected at least one of the three to be more than 0"));
+            faults.push(at.field("attenuation").fault("expected at least one of the three to be more than 0"));
         }
         if let Self::Spot(LightFields { cutoff_degrees, exponent, outer_degrees, inner_degrees, .. }) = self {
             let classic = cutoff_degrees.is_some() || exponent.is_some();
             let cone = outer_degrees.is_some() || inner_degrees.is_some();
             if classic == cone || (classic && cutoff_degrees.is_none()) || (cone && outer_degrees.is_none()) {
                 let message = "expected either cutoff_degrees (and exponent) or outer_degrees (and inner_degrees)";
-                return Err(at.fault(message));
+                faults.push(at.fault(message));
             }
             if let (Some(inner), Some(outer)) = (inner_degrees, outer_degrees)
                 && inner > outer
             {
                 let message = format!("expected a number from 0 to {outer}, found {inner}");
-                return Err(at.field("inner_degrees").fault(message));
+                faults.push(at.field("inner_degrees").fault(message));
             }
         }
-        Ok(())
+        faults
     }
 }
 
@@ -155,16 +155,6 @@ impl From<&LightDescription> for Light {
                 ..light
             },
         }
-    }
-}
-
-impl Light {
-    /// Checks that it is a light that a description can have.
-    ///
-    /// # Errors
-    /// The first fault, in the fields of its description.
-    pub fn validate(&self) -> Result<(), Fault> {
-        check(&LightDescription::from(self))
     }
 }
 
@@ -268,6 +258,7 @@ impl JsonSchema for Attenuation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::describe::check;
 
     fn described(text: &str) -> LightDescription {
         serde_json::from_str(text).expect("a light")

@@ -127,7 +127,7 @@ impl Spawn {
     /// Tells if its numbers are finite and in range.
     pub(crate) fn is_valid(&self) -> bool {
         match self {
-            Self::Light { transform, light, .. } => transform.is_valid() && light.validate().is_ok(),
+            Self::Light { transform, light, .. } => transform.is_valid() && light.is_valid(),
             #[cfg(feature = "vehicles")]
             Self::Vehicle { transform, controls, .. } => transform.is_valid() && controls.is_valid(),
             #[cfg(feature = "vehicles")]

@@ -66,7 +66,7 @@ impl Input for EditLight {
     }
 
     fn is_valid(&self) -> bool {
-        self.light.validate().is_ok()
+        self.light.is_valid()
     }
 }
 

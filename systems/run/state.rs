@@ -85,7 +85,7 @@ impl StateList {
         let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
         list.add(Component::<ChildOf, ()>::checked("parent", hangs));
         list.add(Component::<Transform, Placed>::checked("transform", Transform::is_valid));
-        list.add(Component::<Light>::checked("light", |light| light.validate().is_ok()));
+        list.add(Component::<Light>::checked("light", Light::is_valid));
         list.add(Component::<Spin>::checked("spin", Spin::is_valid));
         list.add(Component::<Portal>::checked("portal", |portal| check(portal).is_ok()));
         list.add(Component::<Door>::checked("door", Door::is_valid));

@@ -23,16 +23,24 @@ pub(super) fn set_manual_control(world: &mut World, vehicle: Entity, manual: boo
 
 /// Ends motion from outside. What moves by something else is left alone.
 pub(super) fn release(world: &mut World, vehicle: Entity) {
-    if world.entity_mut(vehicle).take::<External>().is_some() {
-        go_on(world, vehicle);
+    let Some(external) = world.entity_mut(vehicle).take::<External>() else { return };
+    go_on(world, vehicle);
+    if external.place().2.is_some() {
+        // From here on it is as high as the ground.
+        world.get_mut::<Interpolated>(vehicle).into_iter().for_each(|mut drawn| drawn.jump());
+    }
+}
+
+/// Releases pedals and steering wheel.
+fn release_pedals(world: &mut World, vehicle: Entity) {
+    if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
+        (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
     }
 }
 
 /// Lets a vehicle move by what it has: pedals are released, and its route goes on from where it is.
 fn go_on(world: &mut World, vehicle: Entity) {
-    if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
-        (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
-    }
+    release_pedals(world, vehicle);
     let place = world.get::<Transform>(vehicle).zip(world.get::<Motion>(vehicle)).map(|(transform, motion)| {
         let mut motion = *motion;
         motion.follow(transform.translation);
@@ -75,11 +83,16 @@ pub(super) fn move_vehicle(world: &mut World, vehicle: Entity, given: &StampedMo
     motion.follow(transform.translation);
     let before = world.get::<External>(vehicle);
     let taken = External::take(given, before, (&motion, transform.rotation, wheelbase), seconds);
-    let Some((external, jumps)) = taken else { return };
+    let (is_first, Some((external, jumps))) = (before.is_none(), taken) else { return };
+    if is_first {
+        // They would light brake lamps for as long as they cannot be changed.
+        release_pedals(world, vehicle);
+    }
     world.entity_mut(vehicle).insert(external);
     if jumps {
-        let (place, yaw) = external.place();
-        let stands = steering::posture(yaw as f32, 0.0, 0.0);
+        let (place, yaw, tilt) = external.place();
+        let [pitch, roll] = tilt.unwrap_or_default().map(|angle| angle as f32);
+        let stands = steering::posture(yaw as f32, pitch, roll);
         world.entity_mut(vehicle).insert((
             Motion { place, yaw, hitch: 0.0, ..motion },
             transform.with_translation(place.as_vec3()).with_rotation(stands),

@@ -75,22 +75,20 @@ impl Default for Rate {
 }
 
 impl Described for Rate {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         let Self { every, phase } = self;
-        if phase < every || *every == 0 {
-            return Ok(());
-        }
-        let expected = format!("expected less than every, which is {every}, found {phase}");
-        Err(Trail::default().field("phase").fault(expected))
+        let expected = || format!("expected less than every, which is {every}, found {phase}");
+        let is_late = phase >= every && *every > 0;
+        is_late.then(|| Trail::default().field("phase").fault(expected())).into_iter().collect()
     }
 }
 
 impl Described for SensorKind {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         match self {
             Self::Camera(camera) => camera.check_whole(),
             Self::Lidar(lidar) => lidar.check_whole(),
-            Self::Imu(_) | Self::Gnss(_) | Self::Collision(_) | Self::Lane(_) => Ok(()),
+            Self::Imu(_) | Self::Gnss(_) | Self::Collision(_) | Self::Lane(_) => Vec::new(),
         }
     }
 }
@@ -192,17 +190,20 @@ impl Default for CameraSensor {
 }
 
 impl Described for CameraSensor {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         let at = Trail::default();
         let (near, far) = (self.near, self.far);
+        let mut faults = Vec::new();
         if far <= near {
-            return Err(at.field("far").fault(format!("expected more than near, which is {near}, found {far}")));
+            faults.push(at.field("far").fault(format!("expected more than near, which is {near}, found {far}")));
         }
         if self.outputs == CameraOutputs::default() {
-            return Err(at.field("outputs").fault("expected at least one output"));
+            faults.push(at.field("outputs").fault("expected at least one output"));
         }
-        self.check_light()?;
-        self.check_lens().map_err(|fault| at.field("lens").around(&fault))
+        let noise = self.noise.iter().flat_map(Described::check_whole);
+        faults.extend(noise.map(|fault| at.field("noise").around(&fault)));
+        faults.extend(self.check_lens().err().map(|fault| at.field("lens").around(&fault)));
+        faults
     }
 }
 

@@ -134,13 +134,11 @@ impl LightMeter {
 }
 
 impl Described for ImageNoise {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         let most = self.largest() / 2;
-        if self.black <= most {
-            return Ok(());
-        }
-        let expected = format!("expected a whole number from 0 to {most}, found {}", self.black);
-        Err(Trail::default().field("black").fault(expected))
+        let expected = || format!("expected a whole number from 0 to {most}, found {}", self.black);
+        let fault = || Trail::default().field("black").fault(expected());
+        (self.black > most).then(fault).into_iter().collect()
     }
 }
 

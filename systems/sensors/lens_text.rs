@@ -5,7 +5,7 @@ use super::components::Lens;
 use crate::describe::degrees;
 use crate::draw::intrinsics::Intrinsics;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::Error;
+use serde::ser::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 
@@ -135,15 +135,14 @@ struct Orthographic {
     half_height: f32,
 }
 
-impl TryFrom<LensText> for Lens {
-    type Error = &'static str;
-
-    fn try_from(text: LensText) -> Result<Self, &'static str> {
-        Ok(match text {
+impl From<LensText> for Lens {
+    fn from(text: LensText) -> Self {
+        match text {
             LensText::FieldOfView(angles) => match (angles.x_degrees, angles.y_degrees) {
                 (Some(x), None) => Self::FieldOfViewX { x: f64::from(x).to_radians() },
                 (None, Some(y)) => Self::FieldOfView { y: y.to_radians() },
-                _ => return Err("expected one of x_degrees and y_degrees"),
+                // Kept, so that a check reports it beside everything else.
+                _ => Self::FieldOfView { y: f32::NAN },
             },
             LensText::Pinhole(intrinsics) => Self::Pinhole(intrinsics),
             LensText::BrownConrady(BrownConrady { fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6 }) => {
@@ -155,7 +154,7 @@ impl TryFrom<LensText> for Lens {
                 Self::KannalaBrandt { intrinsics, coefficients: [k1, k2, k3, k4], largest_angle }
             }
             LensText::Orthographic(Orthographic { half_height }) => Self::Orthographic { half_height },
-        })
+        }
     }
 }
 
@@ -183,7 +182,9 @@ impl From<Lens> for LensText {
 
 impl Serialize for Lens {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if serializer.is_human_readable() {
+        if matches!(self, Self::FieldOfView { y } if y.is_nan()) && serializer.is_human_readable() {
+            Err(S::Error::custom("expected one of x_degrees and y_degrees"))
+        } else if serializer.is_human_readable() {
             LensText::from(*self).serialize(serializer)
         } else {
             Self::serialize(self, serializer)
@@ -194,7 +195,7 @@ impl Serialize for Lens {
 impl<'de> Deserialize<'de> for Lens {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         if deserializer.is_human_readable() {
-            LensText::deserialize(deserializer)?.try_into().map_err(D::Error::custom)
+            Ok(LensText::deserialize(deserializer)?.into())
         } else {
             Self::deserialize(deserializer)
         }

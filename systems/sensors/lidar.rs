@@ -61,13 +61,10 @@ impl Default for LidarSensor {
 }
 
 impl Described for LidarSensor {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         let (least, most) = self.range;
-        if least < most {
-            return Ok(());
-        }
-        let expected = format!("expected the least below the most, found {:?}", self.range);
-        Err(Trail::default().field("range").fault(expected))
+        let expected = || format!("expected the least below the most, found {:?}", self.range);
+        (least >= most).then(|| Trail::default().field("range").fault(expected())).into_iter().collect()
     }
 }
 

@@ -220,11 +220,12 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Told {
                 let mut route = on.as_ref().map(|on| *on.get(index));
                 let mut wants = wanted.as_ref().map(|wanted| *wanted.get(index));
                 let mut led = external.as_ref().map(|external| *external.get(index));
+                let was_stale = led.is_some_and(|led| led.is_stale());
                 match &mut led {
                     Some(led) => around.be_moved(&mut body, led),
                     None => around.step(&mut body, route.as_mut(), wants.as_mut()),
                 }
-                if led.is_some_and(|led| led.becomes_stale(around.seconds))
+                if led.is_some_and(|led| led.is_stale() && !was_stale)
                     && let Ok(mut told) = told.lock()
                 {
                     told.stale.push(entities[index]);

@@ -6,7 +6,7 @@
 //! comes from where the earlier one has led, at that velocity, to the newer one's way within an interval between
 //! stamps, by a cubic. A pose farther off than that could be driven is a jump.
 //!
-//! Where no pose comes for [`STALE`] seconds, that is told, and the vehicle brakes to a standstill.
+//! A source without a pose for [`STALE`] seconds is told of, and its vehicle brakes to a standstill.
 
 use super::components::{FASTEST, ManualControl, Motion, OnRoute};
 use super::driving::{Body, Surroundings};
@@ -23,6 +23,10 @@ pub const STALE: f64 = 2.0;
 const MOST_TURNED: (f64, f64) = (1e4, 100.0);
 /// Seconds that a correction takes at most.
 const LONGEST: f64 = 1.0;
+/// Seconds between stamps, below which nothing is said of how velocities change.
+const SHORTEST: f64 = 1e-3;
+/// Radians by which a heading may differ beyond what it turns in an interval.
+const TURNED: f64 = 0.5;
 /// Metres up to which a pose is never a jump, and part of the way of an interval beyond that.
 const NEAR: (f64, f64) = (1.0, 0.5);
 /// m/s: slower than that, the steering stays as it is.
@@ -80,7 +84,7 @@ impl StampedMotion {
         let (turned, turning) = MOST_TURNED;
         let angles = [self.yaw].into_iter().chain(self.tilt.into_iter().flatten());
         self.stamp.is_finite()
-            && self.place.abs().max_element() <= FARTHEST
+            && self.place.abs().max_element() <= 2.0 * FARTHEST
             && angles.into_iter().all(|angle| angle.abs() <= turned)
             && self.velocity.length() <= FASTEST
             && self.yaw_rate.abs() <= turning
@@ -97,11 +101,13 @@ impl StampedMotion {
         let speed = self.velocity.length();
         let next = (speed + acceleration * seconds).max(0.0);
         let turned = (self.yaw_rate + 0.5 * yaw_acceleration * seconds) * seconds;
-        if speed > 0.0 {
+        if speed > 0.0 || next > 0.0 {
             let half = 0.5 * turned;
             // An arc's chord is shorter than the arc.
             let chord = if half.abs() > 1e-4 { half.sin() / half } else { 1.0 - half * half / 6.0 };
-            let ahead = DQuat::from_rotation_y(half) * self.velocity / speed;
+            // From a standstill it goes where it looks.
+            let way = if speed > 0.0 { self.velocity / speed } else { self.forward() };
+            let ahead = DQuat::from_rotation_y(half) * way;
             self.place += ahead * (0.5 * (speed + next) * seconds * chord);
             self.velocity = DQuat::from_rotation_y(half) * ahead * next;
         }
@@ -159,7 +165,7 @@ impl External {
     /// The range that was expected.
     pub fn check_stamp(stamp: f64, last: Option<f64>, seconds: f64) -> Result<(), String> {
         let (from, to) = (seconds - STALE, seconds + STALE);
-        if !(from..=to).contains(&stamp) {
+        if !(stamp > from && stamp <= to) {
             return Err(format!("stamp: expected seconds of the clock from {from:.3} to {to:.3}, found {stamp}"));
         }
         match last.filter(|last| stamp <= *last) {
@@ -199,25 +205,35 @@ impl External {
             // The ground has the heights.
             given.velocity.y = 0.0;
         }
+        let is_first = before.is_none();
         let before = before.copied().unwrap_or_else(|| Self::of(motion, wheelbase));
         let apart = given.stamp - before.given.stamp;
         let speeds = [&before.given, &given].map(|given| given.velocity.length());
         let mut taken = Self {
             given,
             now: given,
-            interval: apart.min(LONGEST),
-            acceleration: (speeds[1] - speeds[0]) / apart,
-            yaw_acceleration: (given.yaw_rate - before.given.yaw_rate) / apart,
+            interval: apart.clamp(SHORTEST, LONGEST),
+            acceleration: if apart < SHORTEST { 0.0 } else { (speeds[1] - speeds[0]) / apart },
+            yaw_acceleration: if apart < SHORTEST { 0.0 } else { (given.yaw_rate - before.given.yaw_rate) / apart },
             off: Offset::default(),
             off_rate: Offset::default(),
             since: 0.0,
         };
         let late = seconds - given.stamp;
-        let due = late.min(taken.interval);
+        let due = late.clamp(-taken.interval, taken.interval);
         taken.now.go_on(due, taken.acceleration, taken.yaw_acceleration);
         taken.now.go_on(late - due, 0.0, 0.0);
         let off = taken.off_from(motion, rotation);
-        let is_far = off.place.length() > NEAR.0 + NEAR.1 * speeds[0].max(speeds[1]) * taken.interval;
+        // What is still being corrected is no part of what the source has done.
+        let mut way = taken.now.place - before.now.place;
+        if taken.now.tilt.is_none() {
+            way.y = 0.0;
+        }
+        let driven = if is_first { 0.0 } else { NEAR.1 * speeds[0].max(speeds[1]) * taken.interval };
+        let turned = TURNED + given.yaw_rate.abs() * taken.interval;
+        // On the ground it is as high as that, wherever it was.
+        let lands = before.given.tilt.is_some() && given.tilt.is_none();
+        let is_far = way.length() > NEAR.0 + driven || off.yaw.abs() > turned || lands;
         if is_far {
             (taken.acceleration, taken.yaw_acceleration) = (0.0, 0.0);
             taken.now = given;
@@ -231,7 +247,7 @@ impl External {
                 tilt: [0.0; 2],
             };
         }
-        Some((taken, is_far))
+        taken.is_valid().then_some((taken, is_far))
     }
 
     /// Difference of what is shown to the pose.
@@ -239,7 +255,7 @@ impl External {
         let mut place = motion.place - self.now.place;
         let tilt = self.now.tilt.map_or([0.0; 2], |[pitch, roll]| {
             let shown = steering::tilt(rotation);
-            [shown[0] - pitch, shown[1] - roll]
+            [steering::wrapped(shown[0] - pitch), steering::wrapped(shown[1] - roll)]
         });
         if self.now.tilt.is_none() {
             place.y = 0.0;
@@ -265,19 +281,24 @@ impl External {
         (self.off, self.off_rate) = (Offset::default(), Offset::default());
     }
 
-    /// Place and yaw to which the last pose has led.
-    pub(crate) fn place(&self) -> (DVec3, f64) {
-        (self.now.place, self.now.yaw)
+    /// Place, yaw and, where it has one, tilt to which the last pose has led.
+    pub(crate) fn place(&self) -> (DVec3, f64, Option<[f64; 2]>) {
+        (self.now.place, self.now.yaw, self.now.tilt)
+    }
+
+    /// Age of the pose that came last, in seconds of the clock.
+    fn age(&self) -> f64 {
+        self.now.stamp - self.given.stamp
     }
 
     /// Goes on by a step; a stale one brakes. Returns the acceleration.
     fn go_on(&mut self, seconds: f64, braking: f64) -> f64 {
-        let (age, speed) = (self.now.stamp - self.given.stamp, self.now.velocity.length());
+        let (age, speed) = (self.age(), self.now.velocity.length());
         let (acceleration, yaw_acceleration) = if age >= STALE {
             // It stays on its circle.
             let part = (braking * seconds / speed).min(1.0) / seconds;
             (-speed * part, -self.now.yaw_rate * part)
-        } else if age + 0.5 * seconds < self.interval {
+        } else if (age + 0.5 * seconds).abs() < self.interval {
             (self.acceleration, self.yaw_acceleration)
         } else {
             (0.0, 0.0)
@@ -287,10 +308,9 @@ impl External {
         acceleration
     }
 
-    /// Tells if it has just become stale, in a step of so many seconds.
-    pub(super) fn becomes_stale(&self, seconds: f64) -> bool {
-        let age = self.now.stamp - self.given.stamp;
-        age >= STALE && age - seconds < STALE
+    /// Tells if no pose has come for too long.
+    pub(super) fn is_stale(&self) -> bool {
+        self.age() >= STALE
     }
 
     /// Tells if its numbers make sense.

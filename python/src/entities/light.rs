@@ -3,10 +3,10 @@
 use crate::entities::entity::Entity;
 use crate::errors::Failure;
 use crate::given::arguments::required;
-use crate::given::described::{convert, read, shown, values};
+use crate::given::described::{convert, shown, values};
 use crate::given::light::Light;
 use pyo3::prelude::*;
-use relief::systems::describe::{fields, schema};
+use relief::systems::describe::{faults, fields, schema};
 use relief::systems::lights::{self, LightDescription, LightFields};
 use relief::systems::run::standard_inputs::EditLight;
 use serde_json::json;
@@ -46,9 +46,17 @@ impl LightEntity {
         if !field.is_of(kind) {
             return Err(Failure::value(format!("{name}: {}", field.refusal(&format!("{kind} light")))).into());
         }
-        let mut fields = values(LightDescription::from(&now).fields())?;
+        let before = LightDescription::from(&now);
+        let mut fields = values(before.fields())?;
         fields[name] = value;
-        apply(&own, (&read::<LightDescription>(json!({ kind: fields }))?).into())
+        let edited: LightDescription =
+            serde_json::from_value(json!({ kind: fields })).map_err(|error| Failure::value(error.to_string()))?;
+        // Lights of files may be beyond the ranges of descriptions, and are left so.
+        let known = faults(&before);
+        match faults(&edited).into_iter().find(|fault| !known.contains(fault)) {
+            Some(fault) => Err(Failure::value(fault.to_string()).into()),
+            None => apply(&own, (&edited).into()),
+        }
     }
 }
 

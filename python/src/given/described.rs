@@ -3,6 +3,7 @@
 
 use crate::errors::Failure;
 use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, items, required, wrong_type};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
 use relief::name;
@@ -76,7 +77,11 @@ pub fn convert(field: &Field, given: &Bound<'_, PyAny>, read: &dyn Fn(Value) -> 
     let value = if let Some(short) = in_short(field, given) {
         short
     } else if let Some(expected) = field["expected"].as_str() {
-        json(given).map_err(|_| wrong_type(name, expected, given))?
+        let is_of_type = |error: &PyErr| error.is_instance_of::<PyTypeError>(given.py());
+        json(given).map_err(|error| {
+            let refused = || Failure::value(format!("{name}: expected {expected}, found {}", found(given))).into();
+            if is_of_type(&error) { wrong_type(name, expected, given) } else { refused() }
+        })?
     } else if !names.is_empty() {
         return one_of(name, &names, required::<String>(name, given)?);
     } else if is_a(field, "boolean") {

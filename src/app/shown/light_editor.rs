@@ -4,7 +4,7 @@ use crate::app::shown::description_editor;
 use bevy_ecs::prelude::*;
 use egui::{Grid, Id, Slider, SliderClamping, Ui};
 use serde_json::{Map, Value, json};
-use systems::describe::{check, fields};
+use systems::describe::{faults, fields};
 use systems::lights::{Light, LightDescription, LightFields};
 use systems::run::standard_inputs::edit_light;
 
@@ -15,7 +15,8 @@ const DAYLIGHT: f32 = 6500.0;
 pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
     let Some(light) = world.get::<Light>(entity) else { return };
     let kind = light.kind.name();
-    let described = serde_json::to_value(LightDescription::from(light).fields());
+    let before = LightDescription::from(light);
+    let described = serde_json::to_value(before.fields());
     let Ok(Value::Object(mut values)) = described else { return };
     let mut has_changed = false;
     ui.add_space(4.0);
@@ -23,10 +24,14 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
         let fields = fields::<LightFields>().into_iter().filter(|field| field.is_of(kind));
         has_changed = description_editor::show(ui, fields, &mut values) | temperature(ui, entity, &mut values);
     });
-    // Only a real change, as an input: a recording holds it.
+    // The inner angle goes with the outer one.
+    if let Some((inner, outer)) = values["inner_degrees"].as_f64().zip(values["outer_degrees"].as_f64()) {
+        values["inner_degrees"] = inner.min(outer).into();
+    }
+    // Only a real change, as an input: a recording holds it. What was beyond its range before is left so.
     if has_changed
         && let Ok(edited) = serde_json::from_value::<LightDescription>(json!({ kind: values }))
-        && check(&edited).is_ok()
+        && faults(&edited).iter().all(|fault| faults(&before).contains(fault))
     {
         edit_light(world, entity, (&edited).into());
     }

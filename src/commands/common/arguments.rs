@@ -1,6 +1,6 @@
 //! Values that several subcommands read from the command line.
 
-use crate::frames::FrameJob;
+use crate::frames::{FrameJob, RunJob};
 use crate::name;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::fmt::Display;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 use systems::assets::levels::LevelOfDetail;
 
 /// Frame numbers stay below this.
-pub const MOST_FRAMES: u64 = 1_000_000_000;
+pub const MOST_FRAMES: u64 = RunJob::MOST_FRAMES;
 
 /// A picture's size, like 1280x720.
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {

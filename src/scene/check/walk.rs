@@ -8,7 +8,7 @@ use crate::scene::read::files::Files;
 use crate::scene::text::faults::unknown;
 use glam::{Affine3A, Vec3};
 use std::fmt::Display;
-use systems::describe::{Described, Fault, Step, Trail, faults};
+use systems::describe::{Described, Fault, Step, Trail, faults, whole_faults};
 
 /// A walk over a file: where it is, and what it found.
 pub struct Check<'a> {
@@ -53,12 +53,10 @@ impl<'a> Check<'a> {
         value.into_iter().for_each(|value| self.field(name, |c| c.described(value)));
     }
 
-    /// Faults of a described value as a whole. Ranges of what it is in have been checked, and hold here.
+    /// Faults of a described value as a whole. Ranges of what it is in have been checked.
     #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
     pub fn whole<T: Described>(&mut self, value: &T) {
-        if !self.faults.iter().any(|fault| fault.steps.starts_with(self.at.steps())) {
-            self.within(value.check_whole().err().as_slice());
-        }
+        self.within(&whole_faults(value));
     }
 
     /// Faults of the value here, by their places in it.

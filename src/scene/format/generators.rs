@@ -65,10 +65,10 @@ impl Default for RandomScale {
 }
 
 impl Described for RandomScale {
-    fn check_whole(&self) -> Result<(), Fault> {
+    fn check_whole(&self) -> Vec<Fault> {
         let Self([least, most]) = self;
         let message = || format!("expected (least, most), found ({least}, {most}); write ({most}, {least})");
-        if least > most { Err(Trail::default().fault(message())) } else { Ok(()) }
+        (least > most).then(|| Trail::default().fault(message())).into_iter().collect()
     }
 }
 

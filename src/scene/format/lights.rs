@@ -33,11 +33,10 @@ enum Policy {
 }
 
 impl Described for Lights {
-    fn check_whole(&self) -> Result<(), Fault> {
-        match (self.policy, self.tolerance) {
-            (Policy::Enough, _) | (_, None) => Ok(()),
-            _ => Err(Trail::default().field("tolerance").fault("only allowed with the policy enough")),
-        }
+    fn check_whole(&self) -> Vec<Fault> {
+        let is_foreign = self.tolerance.is_some() && !matches!(self.policy, Policy::Enough);
+        let fault = || Trail::default().field("tolerance").fault("only allowed with the policy enough");
+        is_foreign.then(fault).into_iter().collect()
     }
 }
 

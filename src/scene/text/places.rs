@@ -46,8 +46,12 @@ pub fn find_name(text: &str, steps: &[Step], name: &str, earlier: usize) -> usiz
 fn follow<'n, 'a>(mut node: &'n Node<'a>, steps: &[Step]) -> &'n Node<'a> {
     for step in steps {
         // `Some(value)`, and the one value of a newtype variant, are as good as the value itself.
-        while let (Parts::Items(items), Step::Field(_)) = (&node.parts, step) {
-            let [only] = items.as_slice() else { break };
+        while let Parts::Items(items) = &node.parts {
+            let is_wrapper = match step {
+                Step::Field(_) => true,
+                Step::Index(_) | Step::Entry(_) => node.is_named,
+            };
+            let ([only], true) = (items.as_slice(), is_wrapper) else { break };
             node = only;
         }
         let next = match (&node.parts, step) {
@@ -86,6 +90,8 @@ pub fn line_column(text: &str, at: usize) -> (usize, usize) {
 struct Node<'a> {
     /// Byte offset of its first character.
     at: usize,
+    /// A word stands before its bracket, as that of a choice.
+    is_named: bool,
     parts: Parts<'a>,
 }
 
@@ -163,13 +169,13 @@ impl<'a> Reader<'a> {
         let word = self.word();
         if self.rest().starts_with('"') {
             self.string(word);
-            return Node { at, parts: Parts::None };
+            return Node { at, is_named: false, parts: Parts::None };
         }
         if self.take("'") {
             self.take("\\");
             self.at += self.rest().chars().next().map_or(0, char::len_utf8);
             self.skip_past("'");
-            return Node { at, parts: Parts::None };
+            return Node { at, is_named: false, parts: Parts::None };
         }
         let end_of_word = self.at;
         self.skip_space();
@@ -183,7 +189,7 @@ impl<'a> Reader<'a> {
             self.at = end_of_word;
             Parts::None
         };
-        Node { at, parts }
+        Node { at, is_named: !word.is_empty(), parts }
     }
 
     /// A string behind its prefix: `r#` and the like for raw ones, which have no escapes.
@@ -256,6 +262,8 @@ Scene(
         assert_eq!(at(&[Field("list"), Index(1), Field("y"), Field("range")]), (6, 47));
         assert_eq!(at(&[Field("map"), Entry(1), Field("deep"), Index(1), Index(0)]), (7, 47));
         assert_eq!(at(&[Field("list"), Index(1), Field("absent"), Index(3)]), (6, 15));
+        assert_eq!(find("(a: list([1, 2]), b: [(3, 4)])", &[Field("a"), Index(1)]), (1, 14));
+        assert_eq!(find("(a: list([1, 2]), b: [(3, 4)])", &[Field("b"), Index(0)]), (1, 23));
     }
 
     #[test]

@@ -565,3 +565,77 @@ fn files_without_such_vehicles_are_as_they_were_before_there_were_any() {
     snapshot::restore(&mut led.simulation.world, &led_on).expect("of this scene");
     assert_eq!(MotionSource::of(&led.simulation.world, led.car), MotionSource::External);
 }
+
+/// Angle by which it is turned from level and straight ahead.
+fn leaning_by(led: &Led) -> f32 {
+    2.0 * led.get::<Transform>().rotation.xyz().length().asin()
+}
+
+#[test]
+fn a_roll_of_nearly_a_whole_turn_is_a_small_one() {
+    let mut led = Led::new();
+    let whole = 2.0 * std::f64::consts::PI;
+    let leaning = |_| StampedMotion { tilt: Some([0.0, whole - 0.08]), ..along(0.0, 0.0, 0.0) };
+    // Single floats turn a unit vector by 6e-8.
+    led.run(6, 60, &leaning, |led| assert!((leaning_by(led) - 0.08).abs() < 1e-6, "{}", leaning_by(led)));
+}
+
+#[test]
+fn coming_down_to_the_ground_is_a_jump_by_a_pose_and_by_release() {
+    let high = |_| StampedMotion { place: DVec3::Y * 25.0, tilt: Some([0.0; 2]), ..along(0.0, 0.0, 0.0) };
+    let ground = |_| along(0.0, 0.0, 0.0);
+    for lands in [true, false] {
+        let mut led = Led::new();
+        led.run(6, 30, &high, |_| {});
+        let before = led.jumps();
+        assert!(led.motion().place.y > 24.0);
+        if lands {
+            led.run(6, 1, &ground, |_| {});
+        } else {
+            led.simulation.world.resource_mut::<Inputs>().push(ReleaseVehicle(led.id));
+            apply_queued(&mut led.simulation.world);
+            led.simulation.step();
+        }
+        // Released, it stands until it drives.
+        assert!(led.jumps() > before && (!lands || led.motion().place.y < 1.0), "{lands}: {:?}", led.motion().place);
+    }
+}
+
+#[test]
+fn stamps_ahead_of_the_clock_are_led_back_by_no_more_than_an_interval() {
+    let mut led = Led::new();
+    led.run(6, 6, &|_| along(0.0, 0.0, 0.0), |_| {});
+    for (ahead, yaw_rate) in [(0.5, 0.1), (0.505, 0.15)] {
+        let stamp = led.seconds() + ahead;
+        led.give(StampedMotion { stamp, yaw_rate, ..along(0.0, 0.0, 0.0) });
+    }
+    // Back by half a second at no more than 0.15 rad/s, and forward again.
+    for _ in 0..30 {
+        led.simulation.step();
+        assert!(led.motion().yaw.abs() < 0.15 * 0.51, "{}", led.motion().yaw);
+    }
+}
+
+#[test]
+fn stamps_next_to_each_other_make_no_infinity() {
+    let mut led = Led::new();
+    for (stamp, yaw_rate) in [(0.0, 0.0), (f64::from_bits(1), 1.0)] {
+        led.give(StampedMotion { stamp, yaw_rate, ..along(0.0, 0.0, 3.0) });
+    }
+    for _ in 0..10 {
+        led.simulation.step();
+    }
+    assert!(led.motion().yaw.is_finite() && led.motion().speed > 2.0, "{:?}", led.motion());
+    let saved = snapshot::save(&mut led.simulation.world);
+    snapshot::restore(&mut led.simulation.world, &saved).expect("a state that can be kept");
+}
+
+#[test]
+fn pedals_of_before_light_no_brake_lamps() {
+    let mut led = Led::new();
+    let controls = Controls { brake: 1.0, ..Controls::default() };
+    led.simulation.world.resource_mut::<Inputs>().push(Drive { vehicle: led.id, controls });
+    apply_queued(&mut led.simulation.world);
+    led.run(6, 12, &|seconds| along(0.0, 5.0 * seconds, 5.0), |_| {});
+    assert!(!led.is_lit(LampKind::Brake) && led.get::<Controls>().brake == 0.0);
+}
