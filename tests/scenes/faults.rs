@@ -369,7 +369,7 @@ fn every_fault_is_told_with_its_place() {
         "12:16: entities[0].mesh: unknown mesh \"wal\"; did you mean \"wall\"?",
         "12:33: entities[0].material: unknown material \"brik\"; did you mean \"brick\"?",
         "13:29: entities[1].light.range: expected a number from 0.001 to 10000000, found -2",
-        "13:48: entities[1].light.outer_degrees: expected a number from 0.1 to 85, found 86",
+        "13:48: entities[1].light.outer_degrees: expected a number from 0.05 to 85, found 86",
         "13:65: entities[1].light.attenuation: expected at least one of the three to be more than 0",
         "14:17: entities[2].light: expected either cutoff_degrees (and exponent) or outer_degrees (and inner_degrees)",
         "15:21: entities[3].transform: expected one of rotation_degrees, quaternion and look_at",
