@@ -24,6 +24,7 @@ pub fn of<T: PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
 }
 
 /// Declares an enum of values that have names and are told in a line of help: its docs.
+#[cfg(feature = "tools")]
 macro_rules! named {
     ($(#[$meta:meta])* pub enum $type:ident {
         $(#[doc = $help:literal] $(#[$more:meta])* $variant:ident = $name:literal,)*
@@ -47,6 +48,7 @@ macro_rules! named {
         }
     };
 }
+#[cfg(feature = "tools")]
 pub(crate) use named;
 
 /// The entities of a scene file by their places in its list.

@@ -57,6 +57,7 @@ pub use gpu::faults::Faults;
 pub use gpu::formats::PICTURE_FORMAT;
 pub use gpu::readback::{picture_texture, read_texture};
 pub use gpu::shaders;
+#[cfg(feature = "tools")]
 pub(crate) use gpu::texture::texture;
 pub use gpu::timestamps::PassTime;
 pub use passes::custom_passes::{PassPlace, PassTargets};

@@ -1,6 +1,6 @@
 //! Portals that open and shut, and what moves them.
 
-use crate::describe::Described;
+use crate::describe::check::Described;
 use crate::ecs::clock::Clock;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;

@@ -2,7 +2,11 @@
 
 use super::components::{Light, LightKind};
 use crate::assets::color_text::{BRIGHTEST, Color};
-use crate::describe::{Described, Fault, Trail, degrees, infinite, of_other_kinds};
+use crate::describe::angle::degrees;
+use crate::describe::check::Described;
+use crate::describe::fault::{Fault, Trail};
+use crate::describe::infinite;
+use crate::describe::schema::of_other_kinds;
 use crate::space::transform::FARTHEST;
 use glam::Vec3;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -258,7 +262,7 @@ impl JsonSchema for Attenuation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::describe::check;
+    use crate::describe::check::check;
 
     fn described(text: &str) -> LightDescription {
         serde_json::from_str(text).expect("a light")

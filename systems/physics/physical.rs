@@ -1,6 +1,6 @@
 //! Parameters of a physically simulated vehicle: numbers of its own, or derived from its type.
 
-use crate::describe::Described;
+use crate::describe::check::Described;
 pub use crate::space::gravity::GRAVITY;
 use crate::vehicles::components::Wanted;
 use crate::vehicles::parts::{self, Movement, Part};

@@ -8,7 +8,7 @@ use super::spawn::Spawn;
 use super::vehicle_inputs;
 use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::cells::doors::{Door, Portal};
-use crate::describe::check;
+use crate::describe::check::check;
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
 use crate::space::interpolation::Interpolated;

@@ -11,7 +11,7 @@ use super::registry::{EntityRegistry, FromIds, StateId, ToIds};
 use super::state_hash::{self, Sum};
 use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::cells::doors::{Door, Portal};
-use crate::describe::check;
+use crate::describe::check::check;
 use crate::ecs::clock::{Clock, Seed};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
@@ -189,6 +189,7 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
     }
 
     /// The same, missing in files where no entity has it.
+    #[cfg(feature = "vehicles")]
     pub fn optional(self) -> Self {
         Self { is_optional: true, ..self }
     }

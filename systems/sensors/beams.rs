@@ -157,7 +157,7 @@ fn os1(ring: u8, rings: u8) -> Beam {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::describe::check;
+    use crate::describe::check::check;
     use crate::sensors::lidar::LidarSensor;
 
     fn degrees(beams: &Beams) -> Vec<f32> {

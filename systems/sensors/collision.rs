@@ -4,7 +4,7 @@
 //! their faces and across pairs of their edges (Gottschalk, Lin, Manocha: "OBBTree: A Hierarchical Structure for Rapid
 //! Interference Detection", SIGGRAPH 1996). The axis along which they overlap least says how deep, and the way out.
 
-use crate::describe::Described;
+use crate::describe::check::Described;
 use glam::{DAffine3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -116,7 +116,7 @@ impl Convex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::describe::check;
+    use crate::describe::check::check;
     use glam::DQuat;
     use proptest::prelude::*;
     use std::f64::consts::FRAC_PI_4;

@@ -13,7 +13,8 @@
 //! K · (mean − black) + K² · read² + 1/12, the last for rounding.
 
 use super::components::CameraSensor;
-use crate::describe::{Described, Fault, Trail, check};
+use crate::describe::check::{Described, check};
+use crate::describe::fault::{Fault, Trail};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

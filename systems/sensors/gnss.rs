@@ -6,7 +6,7 @@
 
 use super::philox::{Noise, normal};
 use super::wgs84::Geodetic;
-use crate::describe::Described;
+use crate::describe::check::Described;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3Swizzles};
 use schemars::JsonSchema;
@@ -99,7 +99,7 @@ fn numbers(noise: Noise, channel: u32) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::describe::check;
+    use crate::describe::check::check;
 
     fn munich() -> GeoOrigin {
         let place = Geodetic { latitude_degrees: 48.137, longitude_degrees: 11.575, altitude: 519.0 };

@@ -5,7 +5,7 @@
 //! the last moment. Rates that are constant come out as they are.
 
 use super::philox::{Noise, normal};
-use crate::describe::Described;
+use crate::describe::check::Described;
 use crate::space::gravity::GRAVITY;
 use glam::{DQuat, DVec3, Vec3Swizzles};
 use schemars::JsonSchema;
@@ -100,7 +100,7 @@ fn turn_of(turn: DQuat) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::describe::check;
+    use crate::describe::check::check;
     use proptest::prelude::*;
 
     const STEP: f64 = 1.0 / 60.0;

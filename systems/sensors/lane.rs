@@ -1,6 +1,6 @@
 //! Place of something in its lane.
 
-use crate::describe::Described;
+use crate::describe::check::Described;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

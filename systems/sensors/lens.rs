@@ -17,7 +17,8 @@
 //! way out from the axis does not fold before, looked at in [`PLACES`].
 
 use super::components::{CameraSensor, Lens};
-use crate::describe::{Described, Fault, Trail, check};
+use crate::describe::check::{Described, check};
+use crate::describe::fault::{Fault, Trail};
 use crate::draw::intrinsics::Intrinsics;
 use glam::{DMat2, DVec2, DVec3, dvec2};
 

@@ -2,7 +2,7 @@
 //! [`Lens`] as it is.
 
 use super::components::Lens;
-use crate::describe::degrees;
+use crate::describe::angle::degrees;
 use crate::draw::intrinsics::Intrinsics;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::ser::Error;

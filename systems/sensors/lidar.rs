@@ -1,7 +1,8 @@
 //! Lidars as data, and which of their columns fire when.
 
 use super::beams::Beams;
-use crate::describe::{Described, Fault, Trail};
+use crate::describe::check::Described;
+use crate::describe::fault::{Fault, Trail};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -179,7 +180,7 @@ impl Ratio {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::describe::check;
+    use crate::describe::check::check;
     use proptest::prelude::*;
 
     #[test]
