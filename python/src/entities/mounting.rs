@@ -3,7 +3,7 @@
 use crate::entities::classes::wrap_as;
 use crate::entities::entity::Kind;
 use crate::errors::Failure;
-use crate::given::arguments::{Argument, Keywords, Row, found, required};
+use crate::given::arguments::{Argument, Keywords, Row, finite, found, required};
 use crate::given::described::{of_kind, take};
 use crate::given::values::{Facing, Numbers, Placing};
 use crate::worlds::world::Shared;
@@ -110,8 +110,8 @@ pub fn add_sensor(
 /// `is_given`: the camera has it by `lens`.
 fn lens(arguments: &mut Keywords<'_, '_>, camera: &CameraSensor, is_given: bool) -> PyResult<Lens> {
     let intrinsics = arguments.get("K")?.map(|given| intrinsics(&given)).transpose()?;
-    let fov_y = arguments.take::<f64>("fov_y_degrees")?;
-    let fov_x = arguments.take::<f64>("fov_x_degrees")?;
+    let mut degrees = |name: &str| arguments.take::<f64>(name)?.map(|degrees| finite(name, degrees)).transpose();
+    let (fov_y, fov_x) = (degrees("fov_y_degrees")?, degrees("fov_x_degrees")?);
     let half_height = arguments.take::<f32>("half_height")?;
     let distortion = arguments.take::<Coefficients<8>>("distortion")?.map(|own| own.0);
     let fisheye = arguments.take::<Coefficients<4>>("fisheye")?.map(|own| own.0);

@@ -2,7 +2,7 @@
 //! is stands once, beside it.
 
 use crate::errors::Failure;
-use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, items, required, wrong_type};
+use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, items, number, required, wrong_type};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
@@ -192,7 +192,7 @@ fn json_within(given: &Bound<'_, PyAny>, deepest: usize) -> PyResult<Value> {
     if let Ok(number) = given.extract::<i64>() {
         return Ok(number.into());
     }
-    if let Ok(number) = given.extract::<f64>() {
+    if let Ok(number) = number(given) {
         return Ok(finite("values", number)?.into());
     }
     if let Ok(text) = given.extract::<String>() {
