@@ -39,7 +39,7 @@ impl Fired {
 }
 
 /// Fires columns. `poses`: where the sensor is when their interval begins and ends; the first counts for lidars that
-/// [sweep](LidarSensor::sweep) alone. The sensor is to be without [faults](LidarSensor::check).
+/// [sweep](LidarSensor::sweep) alone. The sensor is to be without [faults](systems::describe::faults).
 pub fn scan(rays: &RayScene, lidar: &LidarSensor, poses: &[Pose; 2], columns: Columns, noise: Noise) -> LidarScan {
     scan_on(ComputeTaskPool::get(), rays, lidar, poses, columns, noise)
 }
