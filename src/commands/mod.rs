@@ -1,5 +1,6 @@
 //! The command line: `relief run, render, split, merge, replay, lights, gallery, compare, bench, map, check, schema,
-//! info`. The commands, what each takes, its help, and what it does with the library. The rest of the library knows nothing of it.
+//! info`. The commands, what each takes, its help, and what it does with the library. The rest of the library knows
+//! nothing of it.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 4 shards are missing, 1 anything else.
 //!

@@ -72,7 +72,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "S", value_parser = arguments::whole(1u32..=86_400))]
     pub seconds: Option<u32>,
     /// Camera position
-    #[arg(long, default_value = "wide", value_parser = arguments::choice(&GridView::ALL, GridView::help), conflicts_with = "suite")]
+    #[arg(long, default_value = "wide", conflicts_with = "suite")]
+    #[arg(value_parser = arguments::choice(&GridView::ALL, GridView::help))]
     pub view: GridView,
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]

@@ -240,7 +240,8 @@ pub struct SpecularArgs {
     #[arg(long, value_name = "WHAT", value_parser = choice(&Polish::ALL, Polish::help))]
     pub from: Polish,
     /// Lighting model of the material
-    #[arg(long, default_value = "phong", value_name = "MODEL", value_parser = choice(&SpecularModel::ALL, SpecularModel::help))]
+    #[arg(long, default_value = "phong", value_name = "MODEL")]
+    #[arg(value_parser = choice(&SpecularModel::ALL, SpecularModel::help))]
     pub shading: SpecularModel,
     /// Reflectance of dielectrics at normal incidence
     #[arg(long, value_name = "F0", default_value_t = 0.04, value_parser = number(0.0f32..=1.0))]
