@@ -1,4 +1,4 @@
-"""Methods and properties of what is described: sensors by their kinds, and the fields of lights.
+"""Methods, properties and classes of what is described: sensors and their readings by kinds, and fields of lights.
 
 A description is the JSON schema of a thing's fields: names, units, ranges, defaults and documentation. Scene files go
 by the same.
@@ -66,6 +66,27 @@ def _field(name: str, field: Dict[str, Any]) -> property:
     return property(read, write, doc=told(name, field))
 
 
+def _reading(kind: str, schema: Dict[str, Any]) -> type:
+    def value(name: str, field: Dict[str, Any]) -> property:
+        return property(lambda self: self._field(name), doc=field.get("description"))
+
+    fields = {name: value(name, field) for name, field in schema["properties"].items()}
+    about = {"__doc__": schema.get("description"), "__module__": "relief", "__slots__": ()}
+    return type(reading_name(kind), (_relief.Reading,), {**fields, **about})
+
+
+def reading_name(kind: str) -> str:
+    """Name of the class of a kind's readings."""
+    return f"{kind.title().replace('_', '')}Reading"
+
+
+# Classes of readings, by the kinds of sensors; contacts are a list, and have a class of their own.
+READINGS: Dict[str, type] = {
+    kind: _reading(kind, schema) for kind, schema in DESCRIPTIONS["readings"].items() if kind != "collision"
+}
+for _kind, _class in READINGS.items():
+    setattr(_relief, reading_name(_kind), _class)
+    _relief.__all__.append(reading_name(_kind))
 for _kind, _schema in kinds(DESCRIPTIONS["sensor"]).items():
     for _class in (_relief.Sim, _relief.Entity):
         setattr(_class, f"add_{_kind}", _add_sensor(_kind, _schema))

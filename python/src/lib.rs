@@ -45,7 +45,7 @@ mod _relief {
     #[pymodule_export]
     use crate::captures::points::LidarCapture;
     #[pymodule_export]
-    use crate::captures::readings::{Collisions, Contact, GnssReading, ImuReading, LaneReading};
+    use crate::captures::readings::{Collisions, Contact, Reading};
     #[pymodule_export]
     use crate::entities::entity::Entity;
     #[pymodule_export]

@@ -4,7 +4,7 @@ import json
 import re
 from pathlib import Path
 
-from relief.described import DESCRIPTIONS, keywords, kinds
+from relief.described import DESCRIPTIONS, READINGS, keywords, kinds, reading_name
 
 STUBS = Path(__file__).resolve().parents[1] / "relief/_relief.pyi"
 
@@ -105,11 +105,20 @@ def parts():
             read, given = "Tuple[float, float, float]", 'Union[_Point, Literal["inverse_square"]]'
         properties += ["    @property", f"    def {name}(self) -> {read}: ..."]
         properties += [f"    @{name}.setter", f"    def {name}(self, value: {given}) -> None: ..."]
+    readings = []
+    for kind in READINGS:
+        schema = DESCRIPTIONS["readings"][kind]
+        about = " ".join(schema["description"].split())
+        readings += [f"class {reading_name(kind)}(Reading):", f'    """{about}"""', ""]
+        for name, field in schema["properties"].items():
+            readings += ["    @property", f"    def {name}(self) -> {stubs.type(field, name, given=False)}: ..."]
+        readings.append("")
     kinds_of_sensors = ", ".join(json.dumps(kind) for kind in kinds(DESCRIPTIONS["sensor"]))
     return {
         "arguments": "\n\n".join([*stubs.classes.values(), *own]),
         "methods": "\n".join(methods),
         "light": "\n".join(properties),
+        "readings": "\n".join(readings[:-1]),
         "kinds": f"_SensorKind = Literal[{kinds_of_sensors}]",
     }
 

@@ -4,7 +4,7 @@
 
 use super::checks::unfit;
 use super::ros::definitions::definition;
-use super::ros::message::Message;
+use super::ros::message::{Encoded, Message};
 use mcap::io::MessageReader;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -50,7 +50,16 @@ impl<W: Write> Log<W> {
     /// # Errors
     /// A field that the message cannot hold; another type than the topic's earlier messages; the error of writing.
     pub fn write<M: Message>(&mut self, topic: &str, nanoseconds: u64, message: &M) -> Result<()> {
-        self.append(topic, M::TYPE, || definition(M::TYPE).into_bytes(), (nanoseconds, &message.encode()?))
+        self.write_encoded(topic, nanoseconds, &Encoded::of(message)?)
+    }
+
+    /// Does the same with a message that is encoded.
+    ///
+    /// # Errors
+    /// Another type than the topic's earlier messages; the error of writing.
+    pub fn write_encoded(&mut self, topic: &str, nanoseconds: u64, message: &Encoded) -> Result<()> {
+        let Encoded { message_type, bytes } = message;
+        self.append(topic, message_type, || definition(message_type).into_bytes(), (nanoseconds, bytes))
     }
 
     /// Appends the messages of another log, in their order. The logs of the parts of a run, one after another, are that

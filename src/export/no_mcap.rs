@@ -1,7 +1,7 @@
 //! Stands in for logs where the program is built without the feature `mcap`: none can be begun.
 
 use super::checks::unfit;
-use super::ros::Message;
+use super::ros::{Encoded, Message};
 use std::convert::Infallible;
 use std::io::{Read, Result, Write};
 use std::marker::PhantomData;
@@ -26,6 +26,14 @@ impl<W: Write> Log<W> {
     /// # Errors
     /// None, as there is no log.
     pub fn write<M: Message>(&mut self, _topic: &str, _nanoseconds: u64, _message: &M) -> Result<()> {
+        match self.none {}
+    }
+
+    /// Appends a message that is encoded.
+    ///
+    /// # Errors
+    /// None, as there is no log.
+    pub fn write_encoded(&mut self, _topic: &str, _nanoseconds: u64, _message: &Encoded) -> Result<()> {
         match self.none {}
     }
 

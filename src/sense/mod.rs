@@ -5,7 +5,7 @@
 //!            (suite), and of several worlds, too
 //! tracking   boxes of things in a picture, and where what a pixel shows is in the picture of another time
 //! camera     what a camera's views draw, and what its arrays become of that; lenses that bend
-//! motion     IMU and GNSS, and where sensors were before; lanes and collisions
+//! motion     sensors without pictures, a kind a file, those of programs, too; where sensors were before
 //! rays       what the last frame draws, as rays meet it, and the beams of lidars through that
 //! captures   what sensors measured, in the axes, and with the labels, that outputs have
 //! ```
@@ -47,6 +47,9 @@ pub use captures::label_table::entity_of_number;
 pub use captures::lidar::{LidarCapture, LidarScan};
 pub use captures::motion::{GnssCapture, ImuCapture};
 pub use captures::pose::Pose;
+pub use captures::reading::{OwnedColumn, Reading, Record};
+pub use motion::custom::{CustomSensor, add_sensor_kind};
+pub use motion::kind::{Measuring, ReadingSensor, kind_name, lack, record_schemas};
 pub use rays::lidar;
 pub use rays::objects::Meeting;
 pub use rays::scene::{RayScene, RayWarnings};

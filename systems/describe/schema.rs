@@ -2,6 +2,7 @@
 
 use super::check::Described;
 use super::fault::{Fault, Trail};
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::de::{DeserializeOwned, Deserializer, Error, Visitor};
 use serde_json::Value;
@@ -10,7 +11,7 @@ use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// JSON schema of a type, with those of its fields in place of references.
-pub fn schema<T: Described>() -> &'static Value {
+pub fn schema<T: JsonSchema + 'static>() -> &'static Value {
     static KNOWN: LazyLock<Mutex<HashMap<TypeId, &'static Value>>> = LazyLock::new(Mutex::default);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     known.entry(TypeId::of::<T>()).or_insert_with(|| {

@@ -25,19 +25,25 @@ impl Default for CollisionSensor {
 }
 
 impl Described for CollisionSensor {}
+impl Described for Collision {}
 
 /// Contact with the thing that a sensor is mounted on.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Collision {
     /// Number of the other, as sensors' outputs call things.
+    #[schemars(extend("unit" = "number of the other"))]
     pub instance: u32,
     /// Its semantic class; 0 for none.
+    #[schemars(extend("unit" = "class id of the other"))]
     pub class: u8,
     /// Metres that the two would have to be moved apart to be beside each other; negative where they are apart by it.
+    #[schemars(extend("unit" = "metres of overlap; negative: apart"))]
     pub depth: f64,
     /// The way from the other, unit, in the sensor's axes: forward, left, up.
+    #[schemars(with = "[f64; 3]", extend("unit" = "unit vector from the other, sensor axes"))]
     pub normal: DVec3,
     /// m/s at which they come nearer along it.
+    #[schemars(extend("unit" = "m/s nearer along the normal"))]
     pub speed: f64,
 }
 

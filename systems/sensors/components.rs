@@ -56,6 +56,9 @@ pub enum SensorKind {
     Collision(CollisionSensor),
     /// Place in a lane.
     Lane(LaneSensor),
+    /// Measurement of a kind that a program adds, by the kind's name; its settings are a component of the entity.
+    #[schemars(skip)]
+    Custom(String),
 }
 
 /// Steps after which a sensor is due.
@@ -90,7 +93,7 @@ impl Described for SensorKind {
         match self {
             Self::Camera(camera) => camera.check_whole(),
             Self::Lidar(lidar) => lidar.check_whole(),
-            Self::Imu(_) | Self::Gnss(_) | Self::Collision(_) | Self::Lane(_) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 }
@@ -134,6 +137,25 @@ impl Sensor {
         let Self { kind, every, phase } = self;
         let rate = Rate { every: *every, phase: *phase };
         faults(&rate).into_iter().chain(faults(kind)).collect()
+    }
+
+    /// Checks that it measures something in a world: of steps so long, with or without a place on Earth.
+    ///
+    /// # Errors
+    /// A line that says what was expected.
+    pub fn check_in(&self, step_seconds: f64, has_geo_origin: bool) -> Result<(), String> {
+        match &self.kind {
+            SensorKind::Lidar(lidar) if self.faults().is_empty() => {
+                lidar.check_beams(step_seconds * f64::from(self.every))
+            }
+            SensorKind::Gnss(_) if !has_geo_origin => {
+                Err("expected the scene to have a geo_origin: where on Earth it is".to_owned())
+            }
+            SensorKind::Collision(_) | SensorKind::Lane(_) if !cfg!(feature = "vehicles") => {
+                Err("this build has no vehicles (feature `vehicles`)".to_owned())
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Tells if it is due after a step, counted from 0, the state that a run begins with.

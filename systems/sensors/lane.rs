@@ -20,31 +20,40 @@ impl Default for LaneSensor {
 }
 
 impl Described for LaneSensor {}
+impl Described for LaneReading {}
 
 impl LaneSensor {
     /// Metres: routes are looked for within this.
     pub const MOST_REACH: f32 = 15.0;
 }
 
-/// Place in a lane. All is 0 where no lane is near.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+/// Pose in a lane. All is 0 where no lane is near.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct LaneReading {
-    /// Set if there is a lane.
+    /// True if a lane is near.
     pub valid: bool,
     /// The route's place in the scene's list.
+    #[schemars(extend("unit" = "place in the scene's list"))]
     pub route: u32,
     /// The lane, counted from the edge of the road: 0 is the rightmost, or the leftmost where traffic keeps left.
+    #[schemars(extend("unit" = "count from the edge of the road"))]
     pub lane: u32,
     /// Metres from the middle of the lane, left positive.
+    #[schemars(extend("unit" = "metres from the middle of the lane, left positive"))]
     pub offset: f64,
     /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
+    #[schemars(extend("unit" = "radians from the lane's way, left positive"))]
     pub heading_error: f64,
-    /// Curvature of the middle of the lane, 1/m, left positive.
+    /// Curvature of the lane's centre line, 1/m, left positive.
+    #[schemars(extend("unit" = "1/m, left positive"))]
     pub curvature: f64,
     /// Width of the lane, metres.
+    #[schemars(extend("unit" = "metres"))]
     pub width: f64,
     /// Metres along the route's centre line from its beginning.
+    #[schemars(extend("unit" = "metres of the route"))]
     pub along: f64,
     /// Speed of the vehicle that the sensor is on, m/s along its forward; 0 on anything else.
+    #[schemars(extend("unit" = "m/s"))]
     pub speed: f64,
 }

@@ -3,7 +3,7 @@
 use crate::captures::camera::CameraCapture;
 use crate::captures::common::Common;
 use crate::captures::points::LidarCapture;
-use crate::captures::readings::{Collisions, GnssReading, ImuReading, LaneReading};
+use crate::captures::readings::Reading;
 use crate::given::arguments::required;
 use crate::worlds::world::Shared;
 use pyo3::exceptions::PyKeyError;
@@ -81,10 +81,7 @@ fn object(
     Ok(match &mut sensor.data {
         SensorData::Camera(camera) => Py::new(py, CameraCapture::new(py, camera, common)?)?.into_any(),
         SensorData::Lidar(lidar) => Py::new(py, LidarCapture::new(py, lidar, common)?)?.into_any(),
-        SensorData::Imu(imu) => Py::new(py, ImuReading::new(*imu, common))?.into_any(),
-        SensorData::Gnss(gnss) => Py::new(py, GnssReading::new(*gnss, common))?.into_any(),
-        SensorData::Collision(all) => Py::new(py, Collisions::new(all.clone(), common, classes))?.into_any(),
-        SensorData::Lane(lane) => Py::new(py, LaneReading::new(*lane, common))?.into_any(),
+        SensorData::Reading(reading) => Reading::object(py, reading.clone(), common, classes)?,
     })
 }
 

@@ -1,146 +1,80 @@
 //! Readings of motion sensors, and of those for what is around a vehicle.
 
 use crate::captures::common::Common;
+use crate::errors::Failure;
 use crate::given::arguments::required;
+use crate::given::described::shown;
 use numpy::PyArray2;
+use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
-use relief::sense::{GnssCapture, ImuCapture};
+use relief::sense as captures;
 use relief::systems::sensors::collision::Collision;
-use relief::systems::sensors::{Class, Classes, LaneReading as Reading};
+use relief::systems::sensors::{Class, Classes};
+use std::sync::Arc;
 
-/// Getters that all readings have, and those of one: of each its name, type and value in `own`.
-macro_rules! reading {
-    ($class:ident, $own:ident: { $($(#[$doc:meta])* $getter:ident: $type:ty = $value:expr;)* } $($more:tt)*) => {
-        #[pymethods]
-        impl $class {
-            /// The sensor's full name.
-            #[getter]
-            fn name(&self) -> &str {
-                &self.common.name
-            }
+/// Measurement of a sensor without pictures: a record, whose fields are attributes of the class of its kind.
+#[pyclass(frozen, subclass, module = "relief")]
+pub struct Reading {
+    common: Arc<Common>,
+    own: captures::Reading,
+}
 
-            /// Step number of the clock.
-            #[getter]
-            fn step(&self) -> u64 {
-                self.common.step
-            }
-
-            /// Seconds since the run began.
-            #[getter]
-            fn seconds(&self) -> f64 {
-                self.common.seconds()
-            }
-
-            /// From the sensor's axes, X forward, Y left, Z up, to the scene's coordinates: float64 (4, 4).
-            #[getter]
-            fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-                self.common.matrix(py)
-            }
-
-            $(
-                $(#[$doc])*
-                #[getter]
-                fn $getter(&self) -> $type {
-                    let $own = &self.own;
-                    $value
-                }
-            )*
-
-            $($more)*
+impl Reading {
+    /// An object of the class that `relief.described` makes of a kind; contacts have one of their own.
+    pub fn object(py: Python<'_>, own: captures::Reading, common: Common, classes: &Classes) -> PyResult<Py<PyAny>> {
+        let contacts = own.records().map(|contacts| Collisions::new(contacts.to_vec(), classes));
+        let reading = Self { common: Arc::new(common), own };
+        if let Some(contacts) = contacts {
+            return Ok(Py::new(py, (contacts, reading))?.into_any());
         }
-    };
-}
-
-/// Measurement of an inertial measurement unit, for the time that it was due before.
-#[pyclass(frozen, module = "relief")]
-pub struct ImuReading {
-    common: Common,
-    own: ImuCapture,
-}
-
-impl ImuReading {
-    pub fn new(own: ImuCapture, common: Common) -> Self {
-        Self { common, own }
+        let known = py.import("relief.described")?.getattr("READINGS")?;
+        Ok(known.get_item(reading.own.kind)?.call1((reading,))?.unbind())
     }
 }
 
-reading! { ImuReading, own: {
-    /// True if the places of the sensor at the last two times that it was due are known. If not, all is 0.
-    valid: bool = own.valid;
-    /// Nanoseconds of the clock of which the reading is.
-    nanoseconds: u64 = own.nanoseconds;
-    /// Acceleration against free fall, m/s²: (0, 0, 9.81) at rest on level ground.
-    specific_force: (f64, f64, f64) = own.reading.specific_force.into();
-    /// About its axes, rad/s.
-    angular_velocity: (f64, f64, f64) = own.reading.angular_velocity.into();
-    /// Standard deviations of what noise adds, on each axis: of the specific force, m/s², and of the angular velocity,
-    /// rad/s. A density n becomes n/√s of readings s seconds apart (Kalibr's "IMU noise model").
-    sigmas: (f64, f64) = own.sigmas.into();
-} }
+#[pymethods]
+impl Reading {
+    /// The same reading.
+    #[new]
+    fn new(reading: &Self) -> Self {
+        Self { common: reading.common.clone(), own: reading.own.clone() }
+    }
 
-/// Measurement of a receiver of satellite navigation.
-#[pyclass(frozen, module = "relief")]
-pub struct GnssReading {
-    common: Common,
-    own: GnssCapture,
-}
+    /// The value of a field.
+    fn _field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let fields = self.own.fields();
+        let field = fields.iter().find(|field| field.name == name);
+        let records = self.own.values().map_err(|error| Failure::value(error.to_string()))?;
+        match (records.first(), field) {
+            (Some(record), Some(field)) => shown(py, &record[name], field.schema),
+            _ => Err(PyAttributeError::new_err(format!("{name:?}"))),
+        }
+    }
 
-impl GnssReading {
-    pub fn new(own: GnssCapture, common: Common) -> Self {
-        Self { common, own }
+    /// The sensor's full name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.common.name
+    }
+
+    /// Step number of the clock.
+    #[getter]
+    fn step(&self) -> u64 {
+        self.common.step
+    }
+
+    /// Seconds since the run began.
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.common.seconds()
+    }
+
+    /// From the sensor's axes, X forward, Y left, Z up, to the scene's coordinates: float64 (4, 4).
+    #[getter]
+    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        self.common.matrix(py)
     }
 }
-
-reading! { GnssReading, own: {
-    /// True if the place of the scene on Earth is known. If not, all is 0.
-    valid: bool = own.valid;
-    /// Degrees, WGS 84.
-    latitude: f64 = own.reading.place.latitude_degrees;
-    /// Degrees, WGS 84.
-    longitude: f64 = own.reading.place.longitude_degrees;
-    /// Metres above the ellipsoid.
-    altitude: f64 = own.reading.place.altitude;
-    /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
-    sigmas: (f64, f64) = own.sigmas.into();
-    /// True if the place of the sensor when it was due before is known. If not, the velocity is 0.
-    has_velocity: bool = own.has_velocity;
-    /// To the east, north and up, m/s; the mean since the sensor was due before.
-    velocity: (f64, f64, f64) = own.reading.velocity.into();
-} }
-
-/// Pose in a lane. All is 0 where no lane is near.
-#[pyclass(frozen, module = "relief")]
-pub struct LaneReading {
-    common: Common,
-    own: Reading,
-}
-
-impl LaneReading {
-    pub fn new(own: Reading, common: Common) -> Self {
-        Self { common, own }
-    }
-}
-
-reading! { LaneReading, own: {
-    /// Tells if a lane is near.
-    valid: bool = own.valid;
-    /// The route's place in `Sim.routes`.
-    route: u32 = own.route;
-    /// The lane, counted from the edge of the road.
-    lane: u32 = own.lane;
-    /// Metres from the middle of the lane, left positive.
-    offset: f64 = own.offset;
-    /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
-    heading_error: f64 = own.heading_error;
-    /// Curvature of the lane's centre line, 1/m, left positive.
-    curvature: f64 = own.curvature;
-    /// Width of the lane, metres.
-    width: f64 = own.width;
-    /// Metres along the route's centre line from its beginning.
-    along: f64 = own.along;
-    /// Speed of the vehicle that the sensor is on, m/s along its forward.
-    speed: f64 = own.speed;
-} }
 
 /// Contact with another entity.
 #[pyclass(frozen, module = "relief")]
@@ -163,21 +97,20 @@ pub struct Contact {
 }
 
 /// All that something touches.
-#[pyclass(frozen, sequence, module = "relief")]
+#[pyclass(frozen, sequence, extends = Reading, module = "relief")]
 pub struct Collisions {
-    common: Common,
     own: Vec<Collision>,
     classes: Vec<Option<String>>,
 }
 
 impl Collisions {
-    pub fn new(own: Vec<Collision>, common: Common, classes: &Classes) -> Self {
+    fn new(own: Vec<Collision>, classes: &Classes) -> Self {
         let name = |collision: &Collision| {
             let known = classes.get(Class(collision.class)).filter(|_| collision.class != 0);
             known.map(|info| info.name.clone())
         };
         let classes = own.iter().map(name).collect();
-        Self { common, own, classes }
+        Self { own, classes }
     }
 
     fn contact(&self, index: usize) -> Option<Contact> {
@@ -187,7 +120,8 @@ impl Collisions {
     }
 }
 
-reading! { Collisions, own: {}
+#[pymethods]
+impl Collisions {
     fn __len__(&self) -> usize {
         self.own.len()
     }
@@ -196,8 +130,6 @@ reading! { Collisions, own: {}
         let index: isize = required("index", index)?;
         let place = if index < 0 { index + self.own.len() as isize } else { index };
         let contact = usize::try_from(place).ok().and_then(|place| self.contact(place));
-        contact.ok_or_else(|| {
-            pyo3::exceptions::PyIndexError::new_err(format!("contact {index} of {}", self.own.len()))
-        })
+        contact.ok_or_else(|| pyo3::exceptions::PyIndexError::new_err(format!("contact {index} of {}", self.own.len())))
     }
 }

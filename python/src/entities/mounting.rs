@@ -62,15 +62,10 @@ impl Mounting {
             if sensor_names(&mut world.simulation.world).iter().any(|(other, _)| *other == full) {
                 return Err(Failure::value(format!("name: there is a sensor {full:?}")));
             }
-            if matches!(sensor.kind, SensorKind::Gnss(_))
-                && world.simulation.world.get_resource::<GeoOrigin>().is_none()
-            {
-                return Err(Failure::value("expected the scene to have a geo_origin: where on Earth it is"));
-            }
-            if let SensorKind::Lidar(lidar) = &sensor.kind {
-                let seconds = world.simulation.world.resource::<Clock>().step_seconds * f64::from(sensor.every);
-                lidar.check_beams(seconds).map_err(Failure::Value)?;
-            }
+            let (own, step_seconds) =
+                (&world.simulation.world, world.simulation.world.resource::<Clock>().step_seconds);
+            let has_geo_origin = own.get_resource::<GeoOrigin>().is_some();
+            sensor.check_in(step_seconds, has_geo_origin).map_err(Failure::Value)?;
             let origin = if parent.is_none() { world.origin() } else { Default::default() };
             let transform = placing.transform(origin, facing);
             world.spawn(Spawn::Sensor { name, transform, parent, sensor })

@@ -8,11 +8,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
 use relief::name;
 use relief::scene::Overrides;
+use relief::sense::record_schemas;
 use relief::systems::describe::{Described, Field, check, fields_of, names, schema};
 use relief::systems::lights::LightFields;
 use relief::systems::sensors::{Rate, SensorKind};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
 /// Lists and dictionaries in one another.
 const DEEPEST: usize = 8;
@@ -23,6 +25,7 @@ pub fn descriptions() -> String {
     let all = json!({
         "light": schema::<LightFields>(),
         "rate": schema::<Rate>(),
+        "readings": record_schemas().iter().copied().collect::<BTreeMap<_, _>>(),
         "sensor": schema::<SensorKind>(),
     });
     all.to_string()

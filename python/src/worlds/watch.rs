@@ -2,7 +2,7 @@
 
 use relief::bevy_ecs::prelude::Entity;
 use relief::bevy_ecs::world::World;
-use relief::sense::{Capture, SensorCapture};
+use relief::sense::{Capture, SensorCapture, lack};
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::snapshot::Restored;
 use relief::systems::sensors::{CameraOutput, Sensor, SensorKind};
@@ -74,8 +74,7 @@ impl Watch {
 /// A part of a capture that takes one of the time before.
 #[derive(Clone, Copy)]
 enum Lack {
-    Reading,
-    Velocity,
+    Reading(&'static str),
     Turn,
     Places,
     Flow,
@@ -85,8 +84,6 @@ impl Lack {
     /// `None`: the sensor needs no capture before.
     fn of(sensor: &Sensor, step_seconds: f64) -> Option<Self> {
         match &sensor.kind {
-            SensorKind::Imu(_) => Some(Self::Reading),
-            SensorKind::Gnss(_) => Some(Self::Velocity),
             SensorKind::Lidar(lidar) => {
                 let turns = f64::from(sensor.every) * step_seconds * f64::from(lidar.hz);
                 // Rates are rounded: 6/60 s at 10 Hz is a whole turn.
@@ -97,14 +94,13 @@ impl Lack {
                 let has_flow = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack]);
                 has_flow.then_some(Self::Flow)
             }
-            SensorKind::Collision(_) | SensorKind::Lane(_) => None,
+            kind => lack(kind).map(Self::Reading),
         }
     }
 
     fn words(self) -> &'static str {
         match self {
-            Self::Reading => "its reading is not valid",
-            Self::Velocity => "it has no velocity",
+            Self::Reading(words) => words,
             Self::Turn => "it has fired what one interval has of a turn",
             Self::Places => "it has fired all columns from one place",
             Self::Flow => "it has no flow",
@@ -113,6 +109,6 @@ impl Lack {
 
     /// Every capture of a world notes where all of its sensors are that are due.
     fn is_made_up_by_any_capture(self) -> bool {
-        matches!(self, Self::Reading | Self::Velocity | Self::Places)
+        matches!(self, Self::Reading(_) | Self::Places)
     }
 }

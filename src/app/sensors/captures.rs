@@ -159,26 +159,7 @@ impl Captured {
         match &self.capture.data {
             SensorData::Camera(_) => "no picture".to_owned(),
             SensorData::Lidar(_) => "nothing was fired yet".to_owned(),
-            SensorData::Imu(imu) if imu.valid => {
-                let [force, rate] = [imu.reading.specific_force, imu.reading.angular_velocity];
-                format!("{force:.3} m/s²\n{rate:.4} rad/s")
-            }
-            SensorData::Gnss(gnss) if gnss.valid => {
-                let (place, velocity) = (&gnss.reading.place, gnss.reading.velocity);
-                let [latitude, longitude] = [place.latitude_degrees, place.longitude_degrees];
-                format!("{latitude:.7}°, {longitude:.7}°\n{:.2} m\n{velocity:.2} m/s", place.altitude)
-            }
-            SensorData::Lane(lane) if lane.valid => format!(
-                "offset {:.3} m\nheading {:.2}°\ncurvature {:.4} 1/m\n{:.2} m/s",
-                lane.offset,
-                lane.heading_error.to_degrees(),
-                lane.curvature,
-                lane.speed
-            ),
-            SensorData::Lane(_) => "no lane here".to_owned(),
-            SensorData::Imu(_) | SensorData::Gnss(_) => "not known yet".to_owned(),
-            SensorData::Collision(touched) if touched.is_empty() => "nothing is touched".to_owned(),
-            SensorData::Collision(touched) => format!("{} touched", touched.len()),
+            SensorData::Reading(reading) => reading.text(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Choices of what is shown of a sensor.
 
 use crate::data::pictures::PointValue;
+use crate::sense::kind_name;
 use systems::sensors::{CameraOutput, Sensor, SensorKind};
 
 /// Picture that is shown of a sensor.
@@ -31,9 +32,6 @@ pub fn description(sensor: &Sensor) -> String {
     match &sensor.kind {
         SensorKind::Camera(camera) => format!("camera {} × {}", camera.size.0, camera.size.1),
         SensorKind::Lidar(lidar) => format!("lidar {} × {}", lidar.beams.rings().len(), lidar.columns),
-        SensorKind::Imu(_) => "IMU".to_owned(),
-        SensorKind::Gnss(_) => "GNSS".to_owned(),
-        SensorKind::Collision(_) => "collision".to_owned(),
-        SensorKind::Lane(_) => "lane".to_owned(),
+        kind => kind_name(kind).to_owned(),
     }
 }

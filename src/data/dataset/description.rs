@@ -6,6 +6,7 @@
 use crate::export::ros::Distortion;
 use crate::sense::captures::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use crate::sense::captures::capture::FirstColumn;
+use crate::sense::motion::kind::{self, kind_name};
 use crate::sense::world::names::sensor_names;
 use bevy_ecs::prelude::*;
 use glam::{DAffine3, DMat4};
@@ -13,7 +14,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
-use systems::sensors::{CameraOutput, CameraSensor, Classes, GeoOrigin, Lens, Sensor, SensorKind};
+use systems::sensors::{CameraOutput, CameraSensor, Classes, Lens, Sensor, SensorKind};
 
 /// Version of the file's form.
 const VERSION: u32 = 1;
@@ -59,18 +60,20 @@ pub(super) fn of_sensors(world: &mut World, chosen: &BTreeMap<String, Sensor>) -
     let sensors: Vec<Value> = known
         .filter_map(|(name, entity)| {
             let sensor = world.get::<Sensor>(entity)?;
-            let Ok(Value::Object(kinds)) = serde_json::to_value(&sensor.kind) else { return None };
-            let (kind, settings) = kinds.into_iter().next()?;
-            let mut described = match &sensor.kind {
-                SensorKind::Camera(camera) => of_camera(camera),
-                _ => settings,
+            let settings = kind::settings(world, entity, sensor);
+            let mut described = match (&sensor.kind, settings) {
+                (SensorKind::Camera(camera), _) => of_camera(camera),
+                (SensorKind::Lidar(lidar), _) => serde_json::to_value(lidar).ok()?,
+                (_, settings) => settings?.values().ok()?,
             };
             if !matches!(sensor.kind, SensorKind::Camera(_)) {
                 described["axes"] = json!("X forward, Y left, Z up");
                 described["entity_from_sensor"] = rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR));
             }
-            describe_readings(&mut described, sensor, step_seconds, world.get_resource::<GeoOrigin>());
-            described["kind"] = json!(kind);
+            if let Some(settings) = settings {
+                settings.describe(&mut described, f64::from(sensor.every) * step_seconds, world);
+            }
+            described["kind"] = json!(kind_name(&sensor.kind));
             described["name"] = json!(name);
             described["every"] = json!(sensor.every);
             described["phase"] = json!(sensor.phase);
@@ -145,55 +148,4 @@ fn of_output(output: CameraOutput) -> Value {
         CameraOutput::FlowBack => ("float32", "pixels to the right and down, to the capture before", "0, flags 0"),
     };
     json!({ "type": kind, "unit": unit, "nothing": nothing })
-}
-
-/// Adds what readings are to the settings of a sensor that has some.
-fn describe_readings(described: &mut Value, sensor: &Sensor, step_seconds: f64, origin: Option<&GeoOrigin>) {
-    described["outputs"] = match &sensor.kind {
-        SensorKind::Imu(imu) => {
-            // Each is of the middle of the last two intervals.
-            let seconds = f64::from(sensor.every) * step_seconds;
-            described["delay_seconds"] = json!(seconds);
-            let [of_force, of_rate] = imu.sigmas(seconds);
-            json!({
-                "specific_force": { "unit": "m/s^2, against free fall", "sigma": of_force },
-                "angular_velocity": { "unit": "rad/s", "sigma": of_rate },
-            })
-        }
-        SensorKind::Gnss(_) => {
-            described["geo_origin"] = json!(origin.map(|GeoOrigin { place, at }| {
-                json!({
-                    "latitude_degrees": place.latitude_degrees,
-                    "longitude_degrees": place.longitude_degrees,
-                    "altitude": place.altitude,
-                    "at": at.to_array(),
-                })
-            }));
-            described["world_axes_on_earth"] = json!("X north, Y up, Z east");
-            json!({
-                "latitude": { "unit": "degrees, WGS 84" },
-                "longitude": { "unit": "degrees, WGS 84" },
-                "altitude": { "unit": "metres above the ellipsoid" },
-                "velocity": { "unit": "m/s to the east, north, up" },
-            })
-        }
-        SensorKind::Collision(_) => json!({
-            "instance": { "unit": "number of the other" },
-            "class": { "unit": "class id of the other" },
-            "depth": { "unit": "metres of overlap; negative: apart" },
-            "normal": { "unit": "unit vector from the other, sensor axes" },
-            "speed": { "unit": "m/s nearer along the normal" },
-        }),
-        SensorKind::Lane(_) => json!({
-            "route": { "unit": "place in the scene's list" },
-            "lane": { "unit": "count from the edge of the road" },
-            "offset": { "unit": "metres from the middle of the lane, left positive" },
-            "heading_error": { "unit": "radians from the lane's way, left positive" },
-            "curvature": { "unit": "1/m, left positive" },
-            "width": { "unit": "metres" },
-            "along": { "unit": "metres of the route" },
-            "speed": { "unit": "m/s" },
-        }),
-        SensorKind::Camera(_) | SensorKind::Lidar(_) => return,
-    };
 }

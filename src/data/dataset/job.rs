@@ -16,7 +16,7 @@ use crate::data::formats::writers;
 use crate::frames::{FrameError, FrameRun, LoadOptions, RunJob, check_outputs, load_stage};
 use crate::recording::RecordingError;
 use crate::renderer::Gpu;
-use crate::sense::motion::track::poses_needed;
+use crate::sense::motion::kind::poses_before;
 use crate::sense::rays::scene::RayWarnings;
 use crate::sense::world::suite::SensorSuite;
 use bevy_ecs::prelude::*;
@@ -106,11 +106,12 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
 /// # Errors
 /// [`FrameError`]: what [`render_sensors`] refuses of the job's sensors and formats.
 pub(crate) fn steps_before(job: &SensorJob, world: &mut World) -> Result<u64, FrameError> {
+    let chosen = job.dataset.choose(&job.run.scene, world)?;
     let steps = |sensor: Sensor| {
-        let intervals = poses_needed(&sensor.kind).max(usize::from(next_of_pair(&sensor, 0).is_some()));
+        let intervals = poses_before(world, &sensor.kind).max(usize::from(next_of_pair(&sensor, 0).is_some()));
         intervals as u64 * u64::from(sensor.every)
     };
-    Ok(job.dataset.choose(&job.run.scene, world)?.into_values().map(steps).max().unwrap_or_default())
+    Ok(chosen.into_values().map(steps).max().unwrap_or_default())
 }
 
 /// Says what of lidars' rays is not as it is drawn. Returns whether anything was said.

@@ -12,6 +12,7 @@ use crate::output;
 use crate::sense::captures::camera::CameraCapture;
 use crate::sense::captures::capture::SensorCapture;
 use crate::sense::captures::flow::{Flow, flags};
+use crate::sense::motion::kind::file_name;
 use std::io::{Error, ErrorKind, Result};
 use systems::sensors::{CameraOutput, Sensor, SensorKind};
 
@@ -100,7 +101,7 @@ fn of_outputs(sensor: &Sensor, holds: Holds, encode: Encode) -> Vec<CaptureFile>
         SensorKind::Camera(camera) => {
             camera.outputs.iter().filter_map(|(name, output)| file(name, Some(output))).collect()
         }
-        kind => file(records::name(kind), None).into_iter().collect(),
+        kind => file(file_name(kind), None).into_iter().collect(),
     }
 }
 
@@ -114,13 +115,13 @@ fn of_all(sensor: &Sensor, holds: Holds, encode: Encode) -> Vec<CaptureFile> {
 }
 
 /// The names of a sensor's outputs that no format of these holds.
-pub(crate) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
+pub(crate) fn left_out<'a>(sensor: &'a Sensor, formats: &[FileFormat]) -> Vec<&'a str> {
     let is_left_out = |output| !formats.iter().any(|format| (format.accepts)(&sensor.kind, output));
     match &sensor.kind {
         SensorKind::Camera(camera) => {
             camera.outputs.iter().filter(|(_, output)| is_left_out(Some(*output))).map(|(name, _)| name).collect()
         }
-        kind => is_left_out(None).then(|| records::name(kind)).into_iter().collect(),
+        kind => is_left_out(None).then(|| file_name(kind)).into_iter().collect(),
     }
 }
 

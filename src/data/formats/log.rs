@@ -23,8 +23,8 @@ use super::log_boxes;
 use crate::export::array::Column;
 use crate::export::mcap::Log;
 use crate::export::ros::{
-    CameraInfo, Clock, Distortion, Header, Image, ImageAnnotations, Imu, NavSatFix, Pixels, PointCloud2, SceneUpdate,
-    TfMessage, TransformStamped,
+    CameraInfo, Clock, Distortion, Header, Image, ImageAnnotations, Pixels, PointCloud2, SceneUpdate, TfMessage,
+    TransformStamped,
 };
 use crate::frames::FrameError;
 use crate::output::{OutputError, WholeFile};
@@ -33,8 +33,8 @@ use crate::sense::captures::boxes::ObjectBox;
 use crate::sense::captures::camera::CameraCapture;
 use crate::sense::captures::capture::{Capture, SensorData};
 use crate::sense::captures::lidar::LidarCapture;
-use crate::sense::captures::motion::{GnssCapture, ImuCapture};
-use glam::{DAffine3, DMat3, DQuat};
+use crate::sense::motion::kind::built_in;
+use glam::{DAffine3, DQuat};
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -56,8 +56,8 @@ impl FileFormat {
                 use CameraOutput::{Boxes, Class, Color, Depth, Instance};
                 matches!(output, Color | Depth | Class | Instance | Boxes)
             }
-            // No message that readers know is of these.
-            None => !matches!(kind, SensorKind::Collision(_) | SensorKind::Lane(_)),
+            // Readers know messages of some kinds only.
+            None => matches!(kind, SensorKind::Lidar(_)) || built_in(kind).is_some_and(|own| own.topic().is_some()),
         },
         check: |run| match cfg!(feature = "mcap") {
             true => check_names(run.sensors.keys()),
@@ -114,9 +114,11 @@ impl SensorLog {
                     }
                 }
                 SensorData::Lidar(lidar) => self.lidar(header, lidar)?,
-                SensorData::Imu(imu) => self.imu(header, imu)?,
-                SensorData::Gnss(gnss) => self.gnss(header, gnss)?,
-                SensorData::Collision(_) | SensorData::Lane(_) => {}
+                SensorData::Reading(reading) => {
+                    for (topic, message) in reading.messages(header)? {
+                        self.log.write_encoded(&format!("/{frame}/{topic}"), header.nanoseconds, &message)?;
+                    }
+                }
             }
         }
         Ok(())
@@ -179,37 +181,6 @@ impl SensorLog {
         let cloud = PointCloud2 { header: of_scan, points: &points, columns: &columns };
         self.log.write(&format!("/{}/points", header.frame), header.nanoseconds, &cloud)
     }
-
-    fn imu(&mut self, header: Header, imu: &ImuCapture) -> io::Result<()> {
-        if !imu.valid {
-            return Ok(());
-        }
-        let [of_force, of_rate] = imu.sigmas.map(|sigma| sigma * sigma);
-        let message = Imu {
-            header: Header { nanoseconds: imu.nanoseconds, ..header },
-            orientation: None,
-            angular_velocity: imu.reading.angular_velocity.to_array(),
-            linear_acceleration: imu.reading.specific_force.to_array(),
-            covariances: [[0.0; 9], diagonal([of_rate; 3]), diagonal([of_force; 3])],
-        };
-        self.log.write(&format!("/{}/imu", header.frame), header.nanoseconds, &message)
-    }
-
-    fn gnss(&mut self, header: Header, gnss: &GnssCapture) -> io::Result<()> {
-        if !gnss.valid {
-            return Ok(());
-        }
-        let [horizontal, vertical] = gnss.sigmas.map(|sigma| sigma * sigma);
-        let place = gnss.reading.place;
-        let message = NavSatFix {
-            header,
-            latitude: place.latitude_degrees,
-            longitude: place.longitude_degrees,
-            altitude: place.altitude,
-            covariance: Some(diagonal([horizontal, horizontal, vertical])),
-        };
-        self.log.write(&format!("/{}/fix", header.frame), header.nanoseconds, &message)
-    }
 }
 
 impl RunWriter for SensorLog {
@@ -228,11 +199,6 @@ impl RunWriter for SensorLog {
         ended.map_err(|error| OutputError::io(&path, error))?.finish()?;
         Ok(vec![path])
     }
-}
-
-/// A matrix of 3 by 3, rows first.
-fn diagonal(values: [f64; 3]) -> [f64; 9] {
-    DMat3::from_diagonal(values.into()).to_cols_array()
 }
 
 /// Pose of a sensor's frame in the world of ROS. `scene_from_outputs`: from the axes of its outputs.

@@ -25,6 +25,25 @@ pub trait Message {
     }
 }
 
+/// The bytes of a message, and its type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Encoded {
+    /// [`Message::TYPE`].
+    pub message_type: &'static str,
+    /// [`Message::encode`].
+    pub bytes: Vec<u8>,
+}
+
+impl Encoded {
+    /// Encodes a message.
+    ///
+    /// # Errors
+    /// Those of [`Message::put`].
+    pub fn of<M: Message>(message: &M) -> Result<Self> {
+        Ok(Self { message_type: M::TYPE, bytes: message.encode()? })
+    }
+}
+
 /// Time and frame of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Header<'a> {

@@ -23,6 +23,6 @@ pub use camera::{CameraInfo, Distortion, Image, Pixels};
 pub use definitions::definition;
 pub use foxglove::{BoxInPicture, BoxInSpace, ImageAnnotations, SceneUpdate};
 pub use frames::{Clock, TfMessage, TransformStamped};
-pub use message::{Header, Message};
+pub use message::{Encoded, Header, Message};
 pub use motion::{Imu, NavSatFix};
 pub use points::PointCloud2;

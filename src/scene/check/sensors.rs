@@ -39,18 +39,11 @@ impl Check<'_> {
         }
         let faults = sensor.faults();
         self.within(&faults);
-        match &sensor.kind {
-            SensorKind::Lidar(lidar) if faults.is_empty() => {
-                let seconds = self.scene.clock.step_seconds * f64::from(sensor.every);
-                lidar.check_beams(seconds).unwrap_or_else(|message| self.fault(message));
-            }
-            SensorKind::Gnss(_) if self.scene.geo_origin.is_none() => {
-                self.fault("expected the scene to have a geo_origin: where on Earth it is");
-            }
-            SensorKind::Collision(_) | SensorKind::Lane(_) if !cfg!(feature = "vehicles") => {
-                self.fault("this build has no vehicles (feature `vehicles`)");
-            }
-            _ => {}
+        if let SensorKind::Custom(name) = &sensor.kind {
+            self.fault(format_args!("expected a field {name:?} of the entity in its place"));
+        } else {
+            let fits = sensor.check_in(self.scene.clock.step_seconds, self.scene.geo_origin.is_some());
+            fits.unwrap_or_else(|message| self.fault(message));
         }
     }
 }

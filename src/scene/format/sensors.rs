@@ -1,7 +1,7 @@
 //! Sensors with their rate, and the classes that outputs have for what is seen. What a sensor of a kind is stands on
 //! its settings in [`systems::sensors`].
 
-use super::custom::{Others, beside};
+use super::custom::{Beside, Others, beside};
 use super::values::Named;
 use crate::scene::text::faults::suggestion;
 use schemars::generate::SchemaSettings;
@@ -22,10 +22,22 @@ pub struct Mounted(pub Sensor);
 
 impl<'de> Deserialize<'de> for Mounted {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let (kind, RateBeside { every, phase }) = beside(deserializer, |inner| SensorKind::deserialize(inner))?;
-        let usual = Rate::default();
-        Ok(Self(Sensor { kind, every: every.unwrap_or(usual.every), phase: phase.unwrap_or(usual.phase) }))
+        let (kind, Rate { every, phase }) = read_with_rate(deserializer, |inner| SensorKind::deserialize(inner))?;
+        Ok(Self(Sensor { kind, every, phase }))
     }
+}
+
+/// Reads settings with the fields of [`Rate`] among them. `derived`: reads them alone.
+///
+/// # Errors
+/// Those of the deserializer.
+pub(crate) fn read_with_rate<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    derived: impl FnOnce(Beside<'_, D, RateBeside>) -> Result<T, D::Error>,
+) -> Result<(T, Rate), D::Error> {
+    let (settings, RateBeside { every, phase }) = beside(deserializer, derived)?;
+    let usual = Rate::default();
+    Ok((settings, Rate { every: every.unwrap_or(usual.every), phase: phase.unwrap_or(usual.phase) }))
 }
 
 impl Serialize for Mounted {
@@ -63,7 +75,7 @@ impl JsonSchema for Mounted {
 
 /// The fields of [`Rate`] among those of a kind of sensor.
 #[derive(Default)]
-struct RateBeside {
+pub(crate) struct RateBeside {
     every: Option<u32>,
     phase: Option<u32>,
 }

@@ -3,12 +3,10 @@
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::camera::CameraCapture;
 use super::lidar::LidarCapture;
-use super::motion::{GnssCapture, ImuCapture};
+use super::reading::{Reading, Record};
 use bevy_ecs::prelude::*;
 use glam::DAffine3;
 use std::ops::Index;
-use systems::sensors::LaneReading;
-use systems::sensors::collision::Collision;
 
 /// Measurements of all sensors that were due, of one state.
 #[derive(Clone, PartialEq, Debug)]
@@ -52,14 +50,8 @@ pub enum SensorData {
     Camera(CameraCapture),
     /// Arrays of a lidar.
     Lidar(LidarCapture),
-    /// Reading of an inertial measurement unit.
-    Imu(ImuCapture),
-    /// Reading of a receiver of satellite navigation.
-    Gnss(GnssCapture),
-    /// Things that are touched in the captured state, by number.
-    Collision(Vec<Collision>),
-    /// Reading of a lane sensor.
-    Lane(LaneReading),
+    /// Records of any other sensor.
+    Reading(Reading),
 }
 
 impl SensorCapture {
@@ -83,24 +75,16 @@ impl SensorCapture {
         if let SensorData::Lidar(lidar) = &self.data { Some(lidar) } else { None }
     }
 
-    /// Capture of an inertial measurement unit; `None` of another sensor.
-    pub fn imu(&self) -> Option<&ImuCapture> {
-        if let SensorData::Imu(imu) = &self.data { Some(imu) } else { None }
+    /// Record of another sensor, such as an [`ImuCapture`](super::motion::ImuCapture); `None` where there is none of
+    /// that type.
+    pub fn reading<T: Record>(&self) -> Option<&T> {
+        self.records()?.first()
     }
 
-    /// Capture of a receiver of satellite navigation; `None` of another sensor.
-    pub fn gnss(&self) -> Option<&GnssCapture> {
-        if let SensorData::Gnss(gnss) = &self.data { Some(gnss) } else { None }
-    }
-
-    /// Capture of a collision sensor; `None` of another sensor.
-    pub fn collisions(&self) -> Option<&[Collision]> {
-        if let SensorData::Collision(collisions) = &self.data { Some(collisions) } else { None }
-    }
-
-    /// Capture of a lane sensor; `None` of another sensor.
-    pub fn lane(&self) -> Option<&LaneReading> {
-        if let SensorData::Lane(lane) = &self.data { Some(lane) } else { None }
+    /// All records of another sensor, such as its [`Collision`](systems::sensors::collision::Collision)s; `None` where
+    /// they are of another type.
+    pub fn records<T: Record>(&self) -> Option<&[T]> {
+        if let SensorData::Reading(reading) = &self.data { reading.records() } else { None }
     }
 }
 

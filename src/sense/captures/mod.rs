@@ -1,5 +1,6 @@
 //! Captures: arrays and readings that sensors measured, the axes and poses that these have, and the labels of entities.
-//! Uses `systems` alone.
+//! Uses
+//! `systems`, and `export` for the forms of values.
 
 pub(crate) mod axes;
 pub(crate) mod boxes;
@@ -10,3 +11,4 @@ pub(crate) mod label_table;
 pub(crate) mod lidar;
 pub(crate) mod motion;
 pub(crate) mod pose;
+pub(crate) mod reading;

@@ -5,6 +5,7 @@
 //! triangles.
 
 use super::bodies::solid;
+use super::kind::{Measuring, ReadingSensor};
 use super::lanes::vehicle_of;
 #[cfg(not(feature = "physics"))]
 use super::no_physics::{obstacles, of_body, solid_or_obstacle};
@@ -12,22 +13,30 @@ use super::no_physics::{obstacles, of_body, solid_or_obstacle};
 use super::obstacles::{obstacles, of_body, solid_or_obstacle};
 use super::place;
 use crate::sense::captures::axes::ENTITY_FROM_LIDAR;
-use crate::sense::captures::label_table::{LabelTable, mounted_on};
-use crate::sense::captures::pose::Pose;
+use crate::sense::captures::label_table::mounted_on;
+use crate::sense::captures::reading::Record;
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3};
 use systems::sensors::CollisionSensor;
 use systems::sensors::collision::{Collision, Convex, Touch};
 use systems::vehicles::{Motion, Vehicle, VehicleTypes};
 
+impl Record for Collision {}
+
+impl ReadingSensor for CollisionSensor {
+    const KIND: &'static str = "collision";
+    const FILE: &'static str = "collisions";
+    type Record = Collision;
+
+    fn measure(&self, at: &mut Measuring<'_>) -> Vec<Collision> {
+        collisions(self.margin.into(), at)
+    }
+}
+
 /// Things that touch what a sensor is mounted on, by number.
-pub(crate) fn collisions(
-    sensor: &CollisionSensor,
-    world: &World,
-    (entity, pose): (Entity, &Pose),
-    labels: &mut LabelTable,
-) -> Vec<Collision> {
-    let (own, margin) = (carrier(world, entity), f64::from(sensor.margin));
+fn collisions(margin: f64, at: &mut Measuring<'_>) -> Vec<Collision> {
+    let Measuring { world, entity, pose, ref mut labels, .. } = *at;
+    let own = carrier(world, entity);
     let bodies = solid(world, own);
     let spheres: Vec<(DVec3, f64)> = bodies.iter().map(Convex::sphere).collect();
     let is_near = |(place, radius): (DVec3, f64)| {

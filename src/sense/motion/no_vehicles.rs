@@ -1,15 +1,28 @@
 //! In place of `lanes.rs` and `collisions.rs` in a build without vehicles: there are no lanes, and nothing is touched.
 
-use crate::sense::captures::label_table::LabelTable;
-use crate::sense::captures::pose::Pose;
-use bevy_ecs::prelude::*;
+use super::kind::{Measuring, ReadingSensor};
+use crate::sense::captures::reading::Record;
 use systems::sensors::collision::Collision;
 use systems::sensors::{CollisionSensor, LaneReading, LaneSensor};
 
-pub(crate) fn lane(_: &LaneSensor, _: &World, _: Entity, _: &Pose) -> LaneReading {
-    LaneReading::default()
+impl Record for LaneReading {}
+impl Record for Collision {}
+
+impl ReadingSensor for LaneSensor {
+    const KIND: &'static str = "lane";
+    type Record = LaneReading;
+
+    fn measure(&self, _: &mut Measuring<'_>) -> Vec<LaneReading> {
+        vec![LaneReading::default()]
+    }
 }
 
-pub(crate) fn collisions(_: &CollisionSensor, _: &World, _: (Entity, &Pose), _: &mut LabelTable) -> Vec<Collision> {
-    Vec::new()
+impl ReadingSensor for CollisionSensor {
+    const KIND: &'static str = "collision";
+    const FILE: &'static str = "collisions";
+    type Record = Collision;
+
+    fn measure(&self, _: &mut Measuring<'_>) -> Vec<Collision> {
+        Vec::new()
+    }
 }

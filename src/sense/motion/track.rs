@@ -2,22 +2,6 @@
 
 use super::place::Place;
 use crate::sense::captures::pose::Pose;
-use systems::sensors::{Sensor, SensorKind};
-
-/// Number of poses at which it was due before that a sensor measures by.
-pub(crate) fn poses_needed(kind: &SensorKind) -> usize {
-    match kind {
-        SensorKind::Imu(_) => 2,
-        SensorKind::Gnss(_) => 1,
-        SensorKind::Lidar(lidar) => usize::from(lidar.sweep),
-        _ => 0,
-    }
-}
-
-/// Tells if a sensor's poses are those of the state, rather than those that it is drawn at.
-pub(crate) fn measures_motion(kind: &SensorKind) -> bool {
-    matches!(kind, SensorKind::Imu(_) | SensorKind::Gnss(_) | SensorKind::Lane(_) | SensorKind::Collision(_))
-}
 
 /// Places of a sensor when it was due last: steps and places, the latest last.
 #[derive(Clone, Debug, Default)]
@@ -26,12 +10,11 @@ pub(crate) struct Track(Vec<(u64, Place)>);
 impl Track {
     /// Notes where a sensor is that is due after a step, `seconds` after it was due before. Returns where it was then,
     /// and before that, as far as that is known and it moved from there to here. The same again where it is asked
-    /// again.
-    pub fn note(&mut self, sensor: &Sensor, step: u64, seconds: f64, now: Place) -> [Option<Pose>; 2] {
+    /// again. `needed`: number of earlier poses that it measures by.
+    pub fn note(&mut self, needed: usize, every: u32, step: u64, seconds: f64, now: Place) -> [Option<Pose>; 2] {
         self.0.retain(|(at, _)| *at < step);
-        let needed = poses_needed(&sensor.kind);
         let noted = |intervals: u64| {
-            let due = step.checked_sub(intervals * u64::from(sensor.every)).filter(|_| intervals <= needed as u64)?;
+            let due = step.checked_sub(intervals * u64::from(every)).filter(|_| intervals <= needed as u64)?;
             self.0.iter().find(|(at, _)| *at == due).map(|(_, place)| *place)
         };
         let last = noted(1).filter(|last| last.leads_to(&now, seconds));
@@ -46,7 +29,6 @@ impl Track {
 mod tests {
     use super::*;
     use glam::DVec3;
-    use systems::sensors::{GnssSensor, ImuSensor, LidarSensor};
 
     fn at(x: f64) -> Pose {
         Pose { translation: DVec3::X * x, ..Pose::default() }
@@ -56,15 +38,10 @@ mod tests {
         Place { pose: at(x), jumps: 0 }
     }
 
-    fn sensor(kind: SensorKind, every: u32) -> Sensor {
-        Sensor::new(kind).every(every)
-    }
-
     #[test]
     fn a_track_knows_the_poses_of_the_last_intervals() {
-        let imu = sensor(SensorKind::Imu(ImuSensor::default()), 3);
         let mut track = Track::default();
-        let mut note = |step, x| track.note(&imu, step, 1.0, place(x));
+        let mut note = |step, x| track.note(2, 3, step, 1.0, place(x));
         assert_eq!(note(1, 1.0), [None, None]);
         assert_eq!(note(4, 4.0), [Some(at(1.0)), None]);
         // Asked twice, it says the same.
@@ -76,18 +53,16 @@ mod tests {
         // The world went back.
         assert_eq!(note(10, 10.0), [Some(at(7.0)), Some(at(4.0))]);
         assert_eq!(note(13, 14.0), [Some(at(10.0)), Some(at(7.0))]);
-        let (gnss, mut track) = (sensor(SensorKind::Gnss(GnssSensor::default()), 1), Track::default());
-        let is_known = [1, 2, 3].map(|step| track.note(&gnss, step, 1.0, place(0.0))[0].is_some());
+        let mut track = Track::default();
+        let is_known = [1, 2, 3].map(|step| track.note(1, 1, step, 1.0, place(0.0))[0].is_some());
         assert_eq!((is_known, track.0.len()), ([false, true, true], 2));
-        assert_eq!(poses_needed(&SensorKind::Lidar(LidarSensor { sweep: true, ..LidarSensor::default() })), 1);
     }
 
     #[test]
     fn nothing_leads_over_a_jump_however_slow() {
-        let imu = sensor(SensorKind::Imu(ImuSensor::default()), 60);
         let mut track = Track::default();
         let mut note = |step, x, jumps| {
-            let [last, first] = track.note(&imu, step, 1.0, Place { pose: at(x), jumps });
+            let [last, first] = track.note(2, 60, step, 1.0, Place { pose: at(x), jumps });
             (last.is_some(), first.is_some())
         };
         assert_eq!(note(0, 0.0, 3), (false, false));

@@ -6,7 +6,7 @@ use crate::sense::camera::capture::CameraPlan;
 use crate::sense::camera::lens_map::LensMaps;
 use crate::sense::captures::capture::FirstColumn;
 use crate::sense::captures::pose::Pose;
-use crate::sense::motion::{place, track};
+use crate::sense::motion::place;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3};
 use systems::ecs::clock::Clock;
@@ -39,8 +39,9 @@ impl Due {
     /// A sensor as if it had stood still since it was due before; `None` of what is no sensor, or was not placed yet.
     pub(super) fn of(world: &World, entity: Entity, step: u64) -> Option<Self> {
         let (sensor, place) = (world.get::<Sensor>(entity)?, world.get::<GlobalTransform>(entity)?);
-        let is_of_state = track::measures_motion(&sensor.kind);
-        let now = if is_of_state { place::pose(world, entity) } else { Pose::of(place) };
+        // What is no picture is of the state, rather than of where things are drawn.
+        let is_drawn = matches!(sensor.kind, SensorKind::Camera(_) | SensorKind::Lidar(_));
+        let now = if is_drawn { Pose::of(place) } else { place::pose(world, entity) };
         Some(Self {
             name: sensor_name(world, entity),
             sensor: sensor.clone(),

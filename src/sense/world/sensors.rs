@@ -8,14 +8,8 @@ use crate::sense::camera::lens_map::LensMaps;
 use crate::sense::captures::capture::{Capture, SensorCapture, SensorData};
 use crate::sense::captures::label_table::{LabelTable, mounted_on, number};
 use crate::sense::captures::lidar::LidarCapture;
-#[cfg(feature = "vehicles")]
-use crate::sense::motion::collisions::collisions;
-#[cfg(feature = "vehicles")]
-use crate::sense::motion::lanes::lane;
-#[cfg(not(feature = "vehicles"))]
-use crate::sense::motion::no_vehicles::{collisions, lane};
+use crate::sense::motion::kind::{self, Measuring};
 use crate::sense::motion::place::{Place, jumps};
-use crate::sense::motion::readings::{self, Moment};
 use crate::sense::motion::track::Track;
 use crate::sense::rays::lidar;
 use crate::sense::rays::scene::{RayScene, RayWarnings};
@@ -27,8 +21,8 @@ use std::sync::Arc;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::snapshot::Restored;
+use systems::sensors::SensorKind;
 use systems::sensors::philox::Noise;
-use systems::sensors::{GeoOrigin, SensorKind};
 use systems::space::origin::Origin;
 
 /// Resources of the sensors of a world, kept from capture to capture.
@@ -123,8 +117,6 @@ impl WorldSensors {
         for due in due {
             let before = step.saturating_sub(due.sensor.every.into());
             let noise = Noise::new(seed, number(world, due.entity).into(), step);
-            let (seconds, now) = (f64::from(due.sensor.every) * step_seconds, &due.poses[1]);
-            let moment = Moment { seconds, before: nanoseconds(clock, before), noise };
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
                     let Some((plan, views)) = plans.next() else { continue };
@@ -162,15 +154,20 @@ impl WorldSensors {
                         is_before_known: due.before[0].is_some(),
                     })
                 }
-                SensorKind::Imu(imu) => SensorData::Imu(readings::imu(imu, now, &due.before, moment)),
-                SensorKind::Gnss(gnss) => {
-                    let on_earth = world.get_resource::<GeoOrigin>();
-                    SensorData::Gnss(readings::gnss(gnss, on_earth, origin, (now, due.before[0]), moment))
+                _ => {
+                    let Some(settings) = kind::settings(world, due.entity, &due.sensor) else { continue };
+                    SensorData::Reading(settings.measure(&mut Measuring {
+                        world,
+                        entity: due.entity,
+                        pose: due.poses[1],
+                        before: due.before,
+                        origin,
+                        seconds: f64::from(due.sensor.every) * step_seconds,
+                        nanoseconds_before: nanoseconds(clock, before),
+                        noise,
+                        labels,
+                    }))
                 }
-                SensorKind::Collision(collision) => {
-                    SensorData::Collision(collisions(collision, world, (due.entity, now), labels))
-                }
-                SensorKind::Lane(sensor) => SensorData::Lane(lane(sensor, world, due.entity, now)),
             };
             let (world_from_sensor, first_column) = (due.in_scene(origin), due.first_column(world));
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, first_column, data });
@@ -228,9 +225,10 @@ impl WorldSensors {
         for entity in sensors {
             let Some(mut found) = Due::of(world, entity, step) else { continue };
             let track = self.tracks.entry(entity).or_default();
+            let needed = kind::poses_before(world, &found.sensor.kind);
             let seconds = f64::from(found.sensor.every) * world.resource::<Clock>().step_seconds;
             let now = Place { pose: found.poses[1], jumps: jumps(world, entity) };
-            found.before = track.note(&found.sensor, step, seconds, now);
+            found.before = track.note(needed, found.sensor.every, step, seconds, now);
             found.poses[0] = found.before[0].unwrap_or(found.poses[1]);
             if wanted(&found.name) {
                 due.push(found);

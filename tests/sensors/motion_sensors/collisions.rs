@@ -38,7 +38,7 @@ fn cube(simulation: &mut Simulation, size: Vec3, at: Vec3, obstacle: Obstacle) -
 
 fn touched(suite: &mut SensorSuite, simulation: &mut Simulation) -> Vec<Collision> {
     let got = capture(suite, simulation);
-    got["own/touch"].collisions().expect("a collision sensor").to_vec()
+    got["own/touch"].records::<Collision>().expect("a collision sensor").to_vec()
 }
 
 #[test]

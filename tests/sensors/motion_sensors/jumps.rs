@@ -5,7 +5,7 @@ use crate::common;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3, Vec3};
-use relief::sense::SensorSuite;
+use relief::sense::{GnssCapture, ImuCapture, SensorSuite};
 use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::run::inputs::Inputs;
@@ -59,15 +59,15 @@ impl Drive {
                 let since = step.checked_sub(intervals * every);
                 since.is_some_and(|since| !jumps.iter().any(|jump| (since + 1..=step).contains(jump)))
             };
-            let fix = *got[&*format!("car/gnss {every}")].gnss().expect("a receiver");
+            let fix = *got[&*format!("car/gnss {every}")].reading::<GnssCapture>().expect("a receiver");
             assert_eq!(fix.has_velocity, has_moved(1), "every {every}, step {step}");
             if fix.has_velocity {
                 let moved = self.places[step] - self.places[step - every];
-                let (found, expected) = (fix.reading.velocity.length(), moved.length() / (every as f64 * STEP));
+                let (found, expected) = (fix.velocity.length(), moved.length() / (every as f64 * STEP));
                 // What is on the car is turned in 32 bits, half a metre from its middle.
                 assert!((found - expected).abs() < 1e-4, "every {every}, step {step}: {found} for {expected}");
             }
-            let unit = got[&*format!("car/imu {every}")].imu().expect("an IMU");
+            let unit = got[&*format!("car/imu {every}")].reading::<ImuCapture>().expect("an IMU");
             assert_eq!(unit.valid, has_moved(2), "every {every}, step {step}");
             let scan = got[&*format!("car/top {every}")].lidar().expect("a lidar");
             assert_eq!(scan.is_before_known, has_moved(1), "every {every}, step {step}");

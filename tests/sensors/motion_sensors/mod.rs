@@ -8,7 +8,7 @@ use crate::common;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Quat};
-use relief::sense::{Capture, SensorSuite};
+use relief::sense::{Capture, GnssCapture, ImuCapture, SensorSuite};
 use std::f64::consts::FRAC_PI_2;
 use systems::Simulation;
 use systems::ecs::clock::Clock;
@@ -16,7 +16,7 @@ use systems::physics::Physical;
 use systems::run::registry::register_all;
 use systems::run::snapshot;
 use systems::sensors::wgs84::Geodetic;
-use systems::sensors::{GeoOrigin, GnssSensor, ImuSensor, LaneSensor, Sensor, SensorKind};
+use systems::sensors::{GeoOrigin, GnssSensor, ImuSensor, LaneReading, LaneSensor, Sensor, SensorKind};
 use systems::space::origin::Origin;
 use systems::space::{GRAVITY, Transform};
 use systems::vehicles::routes::{RoutePlan, Routes};
@@ -97,10 +97,10 @@ fn a_car_on_a_circle_has_the_force_and_the_rates_of_the_circle() {
         let got = capture(&mut suite, &mut circle.simulation);
         for (name, every) in [("car/each", 1), ("car/third", 3), ("car/turned", 1)] {
             let Some(sensor) = got.get(name) else { continue };
-            let found = sensor.imu().expect("an IMU");
+            let found = sensor.reading::<ImuCapture>().expect("an IMU");
             assert_eq!(found.valid, step >= 2 * every, "{name} after {step}");
             if !found.valid {
-                assert_eq!(found.reading, Default::default());
+                assert_eq!([found.specific_force, found.angular_velocity], [DVec3::ZERO; 2]);
                 continue;
             }
             let seconds = every as f64 * STEP;
@@ -116,24 +116,24 @@ fn a_car_on_a_circle_has_the_force_and_the_rates_of_the_circle() {
             };
             // Turns are some roundings of 32 bits off: the arm of 2.1 m by that, four times, over h²; the force itself.
             let room = TURN * (2.0 * GRAVITY + arm.y * 4.2 / (seconds * seconds)) + 1e-9;
-            let off = found.reading.specific_force - expected;
+            let off = found.specific_force - expected;
             assert!(off.length() < room, "{name} after {step}: {off}");
-            let off = found.reading.angular_velocity - DVec3::Z * rate;
+            let off = found.angular_velocity - DVec3::Z * rate;
             assert!(off.length() < 2.0 * TURN / seconds, "{name} after {step}: {off}");
         }
         let Some(fix) = got.get("car/mast") else { continue };
-        let found = fix.gnss().expect("a receiver");
+        let found = fix.reading::<GnssCapture>().expect("a receiver");
         assert_eq!((found.valid, found.has_velocity), (true, step >= 2), "{step}");
         let at = circle.at(step).0;
         let truth = origin.geodetic(origin.at + at);
         // Places on a map of 5,000 km have 1e-9 m, which is 1e-14 degrees.
-        assert!((found.reading.place.latitude_degrees - truth.latitude_degrees).abs() < 1e-12, "{found:?}");
-        assert!((found.reading.place.longitude_degrees - truth.longitude_degrees).abs() < 1e-12, "{found:?}");
+        assert!((found.latitude - truth.latitude_degrees).abs() < 1e-12, "{found:?}");
+        assert!((found.longitude - truth.longitude_degrees).abs() < 1e-12, "{found:?}");
         if step >= 2 {
             let mean = (at - circle.at(step - 2).0) / (2.0 * STEP);
             // East is Z and north is X; 30 m turn them by less than 1e-5.
             let expected = DVec3::new(mean.z, mean.x, 0.0);
-            assert!((found.reading.velocity - expected).length() < 1e-5 * mean.length() + 1e-6, "{found:?}");
+            assert!((found.velocity - expected).length() < 1e-5 * mean.length() + 1e-6, "{found:?}");
         }
         // Asked again, all say the same.
         assert_eq!(capture(&mut suite, &mut circle.simulation), got);
@@ -164,7 +164,7 @@ fn what_was_measured_of_another_state_does_not_count_after_a_snapshot() {
         }
         let [got, expected] = [&mut kept, &mut fresh].map(|suite| capture(suite, &mut circle.simulation));
         assert_eq!(got, expected, "step {step}");
-        assert_eq!(got["car/unit"].imu().expect("an IMU").valid, step >= 4);
+        assert_eq!(got["car/unit"].reading::<ImuCapture>().expect("an IMU").valid, step >= 4);
     }
 }
 
@@ -181,8 +181,8 @@ fn a_physical_car_feels_its_fall_and_then_its_weight() {
     for _ in 0..900 {
         simulation.step();
         let got = capture(&mut suite, &mut simulation);
-        let found = *got["car/unit"].imu().expect("an IMU");
-        forces.extend(found.valid.then_some(found.reading.specific_force));
+        let found = *got["car/unit"].reading::<ImuCapture>().expect("an IMU");
+        forces.extend(found.valid.then_some(found.specific_force));
     }
     // Half a second of fall, with 0.001 kg/m of air at up to 5 m/s: 2e-5 m/s².
     for force in &forces[..25] {
@@ -218,15 +218,15 @@ fn a_lane_sensor_says_where_it_is_mounted() {
     }
     let got = capture(&mut suite, &mut simulation);
     let motion = *simulation.world.get::<Motion>(driven).expect("a vehicle");
-    let found = got["car/lane"].lane().expect("a lane sensor");
+    let found = got["car/lane"].reading::<LaneReading>().expect("a lane sensor");
     assert!(found.valid && motion.speed > 1.0);
     assert_eq!((found.route, found.lane, found.width, found.speed), (0, 0, 3.0, motion.speed));
     // The right lane is 1.5 m to the right, where it drives but for its steering's roundings; 32 bits of the mount.
     assert!((found.offset - 0.25).abs() < 1e-4, "{found:?}");
     assert!((found.heading_error - 0.2).abs() < 1e-4 && found.curvature == 0.0, "{found:?}");
     assert!((found.along - (motion.place.z + 1.0)).abs() < 1e-4, "{found:?}");
-    let found = got["other/lane"].lane().expect("a lane sensor");
+    let found = got["other/lane"].reading::<LaneReading>().expect("a lane sensor");
     assert!(found.valid && found.lane == 1 && found.speed == 0.0, "{found:?}");
     assert!((found.offset - 4.5).abs() < 1e-6 && (found.heading_error - 3.0).abs() < 2e-6, "{found:?}");
-    assert_eq!(got["post"].lane(), Some(&Default::default()));
+    assert_eq!(got["post"].reading::<LaneReading>(), Some(&Default::default()));
 }
