@@ -104,6 +104,27 @@ fn own_format() {
 }
 
 #[test]
+fn own_sensor() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(said) = run("own_sensor", folder.path()) else { return };
+    let files = [0, 2, 4].map(|step| format!("own_sensor/plate/slope/inclinometer_{step:05}.npy\n"));
+    assert!(files.iter().all(|file| said.contains(file)), "{said}");
+    let read = |file: &str| std::fs::read(folder.path().join("own_sensor").join(file)).expect("a file");
+    let degrees = |step: u32| {
+        let bytes = read(&format!("plate/slope/inclinometer_{step:05}.npy"));
+        f64::from_le_bytes(bytes[bytes.len() - 8..].try_into().expect("a number"))
+    };
+    // Forward is turned up by 10 degrees; no number of the noise is beyond 3.67 deviations.
+    let found = [0, 2, 4].map(degrees);
+    assert!(found.iter().all(|degrees| (degrees - 10.0).abs() < 3.7 * 0.05 && *degrees != 10.0), "{found:?}");
+    assert!(found[0] != found[1] && found[1] != found[2], "{found:?}");
+    let described: serde_json::Value = serde_json::from_slice(&read("sensors.json")).expect("JSON");
+    let sensor = &described["sensors"][0];
+    assert_eq!((&sensor["kind"], &sensor["every"]), (&"inclinometer".into(), &2.into()));
+    assert_eq!(sensor["outputs"]["degrees"]["unit"], "degrees");
+}
+
+#[test]
 fn sensors() {
     let Some(_) = common::gpu() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
