@@ -321,22 +321,23 @@ def test_a_fix_is_that_of_the_receiver(tmp_path):
     sim.step()
     capture = sim.capture()
     reading = capture["mast"]
-    fix = messages.fix(messages.header(1_500_000_000, "mast"), reading)
+    ((topic, fix),) = messages.of_reading("mast", reading)
+    assert topic == "fix"
     assert (fix.latitude, fix.longitude, fix.altitude) == (reading.latitude, reading.longitude, reading.altitude)
     # At the origin itself: a metre is 1e-5 degrees.
     assert (fix.latitude, fix.longitude) == (pytest.approx(48.137, abs=1e-7), pytest.approx(11.575, abs=1e-7))
     assert (fix.status.status, fix.status.service, fix.position_covariance_type) == (0, 1, 3)
     assert not np.any(fix.position_covariance)
-    noisy = messages.fix(messages.header(0, "noisy"), capture["noisy"])
+    ((_, noisy),) = messages.of_reading("noisy", capture["noisy"])
     np.testing.assert_array_equal(noisy.position_covariance, np.diag([2.25, 2.25, 4]).ravel())
-    assert (fix.header.stamp.sec, fix.header.stamp.nanosec, fix.header.frame_id) == (1, 500_000_000, "mast")
+    assert (fix.header.stamp.sec, fix.header.stamp.nanosec, fix.header.frame_id) == (0, 16_666_667, "mast")
 
 
 def test_an_imu_tells_its_noise(field):
     # A density of 0.5 at 60 readings a second.
     field.add_imu("imu", at=(0, 1, 0), accelerometer_density=0.5, gyroscope_density=0.25)
     field.step(3)
-    imu = messages.imu(messages.header(0, "imu"), field.capture()["imu"])
+    ((_, imu),) = messages.of_reading("imu", field.capture()["imu"])
     np.testing.assert_allclose(imu.linear_acceleration_covariance, np.diag([15.0] * 3).ravel())
     np.testing.assert_allclose(imu.angular_velocity_covariance, np.diag([3.75] * 3).ravel())
 

@@ -15,9 +15,9 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, Imu, NavSatFix, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
-from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture, Sim, Vehicle
+from .._relief import CameraCapture, LidarCapture, Sim, Vehicle
 from ..velocity import VelocityController
 from . import messages
 
@@ -168,12 +168,9 @@ class Bridge:
             # Of the time of its first column; what does not sweep measures all at the capture.
             of = messages.header(reading.nanoseconds if reading.sweep else stamp, frame)
             self._sensor(PointCloud2, f"/{frame}/points", messages.points(of, reading))
-        elif isinstance(reading, ImuReading) and reading.valid:
-            # Of the time that it is of, not of the capture.
-            of = messages.header(reading.nanoseconds, frame)
-            self._sensor(Imu, f"/{frame}/imu", messages.imu(of, reading))
-        elif isinstance(reading, GnssReading) and reading.valid:
-            self._sensor(NavSatFix, f"/{frame}/fix", messages.fix(of, reading))
+        else:
+            for topic, message in messages.of_reading(frame, reading):
+                self._sensor(type(message), f"/{frame}/{topic}", message)
 
     def _sensor(self, kind: type[Any], topic: str, message: Any) -> None:
         self._publisher(kind, topic, qos_profile_sensor_data)(message)

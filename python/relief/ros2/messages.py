@@ -9,17 +9,19 @@ from __future__ import annotations
 import re
 import sys
 from array import array
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, Imu, NavSatFix, NavSatStatus, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
-from .._relief import CameraCapture, GnssReading, ImuReading, LidarCapture
+from .._relief import CameraCapture, LidarCapture, Reading
 
 WORLD = "world"
 """The frame that all others are in."""
@@ -40,8 +42,6 @@ _DATATYPES = {
     "f4": PointField.FLOAT32,
 }
 _BIG_ENDIAN = sys.byteorder == "big"
-_UNKNOWN = -1.0
-"""First number of a covariance where the message has no such value."""
 
 
 def frame_name(name: str) -> str:
@@ -135,34 +135,18 @@ def points(of: Header, lidar: LidarCapture) -> PointCloud2:
     )
 
 
-def imu(of: Header, reading: ImuReading) -> Imu:
-    """A reading of an IMU. There is no orientation; other covariances are those of its noise. 0, without noise, says in
-    ROS that they are unknown."""
-    of_force, of_rate = (sigma * sigma for sigma in reading.sigmas)
-    x, y, z = reading.angular_velocity
-    forward, left, up = reading.specific_force
-    return Imu(
-        header=of,
-        orientation_covariance=[_UNKNOWN] + [0.0] * 8,
-        angular_velocity=Vector3(x=x, y=y, z=z),
-        angular_velocity_covariance=_diagonal(of_rate, of_rate, of_rate),
-        linear_acceleration=Vector3(x=forward, y=left, z=up),
-        linear_acceleration_covariance=_diagonal(of_force, of_force, of_force),
-    )
+def of_reading(frame: str, reading: Reading) -> list[tuple[str, Any]]:
+    """Messages of a sensor without pictures, as the log has them: the last part of the topic, and the message. None of
+    a reading that is not valid, and of kinds that have no message.
 
-
-def fix(of: Header, reading: GnssReading) -> NavSatFix:
-    """A place on Earth (WGS 84): degrees, metres above the ellipsoid. Its covariance is that of its noise."""
-    horizontal, vertical = (sigma * sigma for sigma in reading.sigmas)
-    return NavSatFix(
-        header=of,
-        status=NavSatStatus(status=NavSatStatus.STATUS_FIX, service=NavSatStatus.SERVICE_GPS),
-        latitude=reading.latitude,
-        longitude=reading.longitude,
-        altitude=reading.altitude,
-        position_covariance=_diagonal(horizontal, horizontal, vertical),
-        position_covariance_type=NavSatFix.COVARIANCE_TYPE_KNOWN,
-    )
+    Args:
+        frame: that of the sensor.
+    """
+    messages = []
+    for topic, kind, data in reading._messages(frame):
+        package, name = kind.split("/msg/")
+        messages.append((topic, deserialize_message(data, getattr(import_module(f"{package}.msg"), name))))
+    return messages
 
 
 def transform(nanoseconds: int, frame: str, world_from_sensor: NDArray[np.float64]) -> TransformStamped:
@@ -198,11 +182,6 @@ def quaternion(turn: NDArray[np.float64]) -> tuple[float, float, float, float]:
     row = products[int(np.argmax(np.diag(products)))]
     x, y, z, w = (float(number) for number in row / np.linalg.norm(row))
     return x, y, z, w
-
-
-def _diagonal(x: float, y: float, z: float) -> list[float]:
-    """A matrix (3, 3), row by row."""
-    return [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 
 
 def _bytes(values: NDArray[Any]) -> array[int]:

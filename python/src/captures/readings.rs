@@ -7,6 +7,8 @@ use crate::given::described::shown;
 use numpy::PyArray2;
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use relief::export::ros::{Encoded, Header};
 use relief::sense as captures;
 use relief::systems::sensors::collision::Collision;
 use relief::systems::sensors::{Class, Classes};
@@ -49,6 +51,19 @@ impl Reading {
             (Some(record), Some(field)) => shown(py, &record[name], field.schema),
             _ => Err(PyAttributeError::new_err(format!("{name:?}"))),
         }
+    }
+
+    /// Messages of ROS 2, as the log of a run has them: last part of the topic, type and bytes (CDR) of each. `frame`:
+    /// that of the sensor.
+    fn _messages<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &str,
+    ) -> PyResult<Vec<(&'static str, &'static str, Bound<'py, PyBytes>)>> {
+        let header = Header { nanoseconds: self.common.nanoseconds, frame };
+        let messages = self.own.messages(header).map_err(|error| Failure::value(error.to_string()))?;
+        let given = |(topic, message): (_, Encoded)| (topic, message.message_type, PyBytes::new(py, &message.bytes));
+        Ok(messages.into_iter().map(given).collect())
     }
 
     /// The sensor's full name.

@@ -33,7 +33,7 @@ use crate::sense::captures::boxes::ObjectBox;
 use crate::sense::captures::camera::CameraCapture;
 use crate::sense::captures::capture::{Capture, SensorData};
 use crate::sense::captures::lidar::LidarCapture;
-use crate::sense::motion::kind::built_in;
+use crate::sense::motion::built_in;
 use glam::{DAffine3, DQuat};
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};

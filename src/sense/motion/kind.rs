@@ -3,6 +3,7 @@
 //! The library's own are those of [`SensorKind`]; a program adds others ([`super::custom`]). All else asks here, and
 //! knows no kind by name.
 
+use super::built_in;
 use super::custom::CustomSensors;
 use crate::sense::captures::label_table::LabelTable;
 use crate::sense::captures::pose::Pose;
@@ -115,17 +116,6 @@ impl<T: ReadingSensor> AnyReadingSensor for T {
         let units = with_unit.map(|field| (field.name.to_owned(), json!({ "unit": field.unit() })));
         described["outputs"] = Value::Object(units.collect());
         ReadingSensor::describe(self, described, seconds, world);
-    }
-}
-
-/// Settings of a sensor of the library's kinds; `None` of cameras, lidars, and kinds that a program adds.
-pub(crate) fn built_in(kind: &SensorKind) -> Option<&dyn AnyReadingSensor> {
-    match kind {
-        SensorKind::Imu(settings) => Some(settings),
-        SensorKind::Gnss(settings) => Some(settings),
-        SensorKind::Collision(settings) => Some(settings),
-        SensorKind::Lane(settings) => Some(settings),
-        SensorKind::Camera(_) | SensorKind::Lidar(_) | SensorKind::Custom(_) => None,
     }
 }
 

@@ -19,3 +19,17 @@ mod no_vehicles;
 mod obstacles;
 pub(crate) mod place;
 pub(crate) mod track;
+
+use kind::AnyReadingSensor;
+use systems::sensors::SensorKind;
+
+/// Settings of a sensor of the library's kinds; `None` of cameras, lidars, and kinds that a program adds.
+pub(crate) fn built_in(kind: &SensorKind) -> Option<&dyn AnyReadingSensor> {
+    match kind {
+        SensorKind::Imu(settings) => Some(settings),
+        SensorKind::Gnss(settings) => Some(settings),
+        SensorKind::Collision(settings) => Some(settings),
+        SensorKind::Lane(settings) => Some(settings),
+        SensorKind::Camera(_) | SensorKind::Lidar(_) | SensorKind::Custom(_) => None,
+    }
+}
