@@ -28,6 +28,7 @@ if not any(name in os.environ for name in ("MESA_VK_DEVICE_SELECT", "DRI_PRIME")
 from . import described, errors
 from ._relief import (
     __version__,
+    BarometerReading,
     CameraBatch,
     CameraCapture,
     Capture,
@@ -80,6 +81,7 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
+    "BarometerReading",
     "CameraBatch",
     "CameraCapture",
     "Capture",

@@ -6,11 +6,12 @@ from typing import Any, Dict, Iterator, List, Literal, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import NotRequired, Unpack, disjoint_base
+from typing_extensions import NotRequired, Self, Unpack, disjoint_base
 
 __version__: str
 
 __all__ = [
+    "BarometerReading",
     "CameraBatch",
     "CameraCapture",
     "Capture",
@@ -826,6 +827,59 @@ class Reading:
     def _messages(self, frame: str) -> List[Tuple[str, str, bytes]]: ...
 
 # described: readings
+class GnssReading(Reading):
+    """Measurement of a receiver of satellite navigation."""
+
+    @property
+    def altitude(self) -> float: ...
+    @property
+    def has_velocity(self) -> bool: ...
+    @property
+    def latitude(self) -> float: ...
+    @property
+    def longitude(self) -> float: ...
+    @property
+    def sigmas(self) -> Tuple[float, float]: ...
+    @property
+    def valid(self) -> bool: ...
+    @property
+    def velocity(self) -> Tuple[float, float, float]: ...
+
+class ImuReading(Reading):
+    """Measurement of an inertial measurement unit, for the time that it was due before."""
+
+    @property
+    def angular_velocity(self) -> Tuple[float, float, float]: ...
+    @property
+    def nanoseconds(self) -> int: ...
+    @property
+    def sigmas(self) -> Tuple[float, float]: ...
+    @property
+    def specific_force(self) -> Tuple[float, float, float]: ...
+    @property
+    def valid(self) -> bool: ...
+
+class LaneReading(Reading):
+    """Pose in a lane. All is 0 where no lane is near."""
+
+    @property
+    def along(self) -> float: ...
+    @property
+    def curvature(self) -> float: ...
+    @property
+    def heading_error(self) -> float: ...
+    @property
+    def lane(self) -> int: ...
+    @property
+    def offset(self) -> float: ...
+    @property
+    def route(self) -> int: ...
+    @property
+    def speed(self) -> float: ...
+    @property
+    def valid(self) -> bool: ...
+    @property
+    def width(self) -> float: ...
 # end of described
 
 @final

@@ -458,3 +458,17 @@ def test_copies_are_forks_and_pickling_names_what_to_use():
     for text in (r"fork\(\)", r"snapshot\(\)"):
         with pytest.raises(TypeError, match=text):
             pickle.dumps(sim)
+
+
+def test_a_barometer_measures_the_air_at_its_height():
+    sim = relief.Sim()
+    sim.add_barometer("air", at=(0, 100, 0), pressure_bias=5, pressure_sigma=0)
+    sim.step()
+    reading = sim.capture()["air"]
+    assert isinstance(reading, relief.BarometerReading) and isinstance(reading, relief.Reading)
+    # The standard atmosphere at 100 m has 100,129.4 Pa.
+    assert reading.pressure == pytest.approx(100_134.4, abs=0.5)
+    assert (reading.name, reading.step, reading.sigma) == ("air", 1, 0.0)
+    assert [sensor.kind for sensor in sim.sensors] == ["barometer"]
+    with pytest.raises(ValueError, match="pressure_sigma: expected a number from 0 to 10000, found -1"):
+        sim.add_barometer("other", at=(0, 0, 0), pressure_sigma=-1)

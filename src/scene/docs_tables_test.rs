@@ -15,7 +15,9 @@ use serde_json::Value;
 use std::path::Path;
 use systems::describe::{Described, Field, fields, fields_of, schema};
 use systems::lights::LightFields;
-use systems::sensors::{CameraSensor, CollisionSensor, GnssSensor, ImuSensor, LaneSensor, Lens, LidarSensor, Rate};
+use systems::sensors::{
+    BarometerSensor, CameraSensor, CollisionSensor, GnssSensor, ImuSensor, LaneSensor, Lens, LidarSensor, Rate,
+};
 
 /// A table below a heading of a document, and the fields that it is of.
 struct Table {
@@ -107,6 +109,7 @@ fn tables() -> Vec<Table> {
         sensor::<ImuSensor>("#### IMU sensor"),
         sensor::<GnssSensor>("#### GNSS sensor"),
         sensor::<LaneSensor>("#### Lane sensor"),
+        sensor::<BarometerSensor>("#### Barometer sensor"),
         sensor::<CollisionSensor>("#### Collision sensor"),
         table::<GeoOrigin>("sensors.md", "#### Geo origin"),
         table::<Class>("sensors.md", "### Class"),

@@ -1,5 +1,6 @@
 //! Components of sensors: kind, rate, lens and outputs.
 
+use super::barometer::BarometerSensor;
 use super::collision::CollisionSensor;
 use super::exposure::{Exposure, ImageNoise};
 use super::gnss::GnssSensor;
@@ -56,6 +57,8 @@ pub enum SensorKind {
     Collision(CollisionSensor),
     /// Place in a lane.
     Lane(LaneSensor),
+    /// Pressure of the air.
+    Barometer(BarometerSensor),
     /// Measurement of a kind that a program adds, by the kind's name; its settings are a component of the entity.
     #[schemars(skip)]
     Custom(String),

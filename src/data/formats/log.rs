@@ -48,7 +48,7 @@ impl FileFormat {
     pub const MCAP: Self = Self {
         name: "mcap",
         help: "sensors.mcap, one log of ROS 2 for the run: image_raw, depth, class, instance and camera_info of \
-               cameras, points of lidars, imu, fix of GNSS, /tf, /clock",
+               cameras, points of lidars, readings of others, /tf, /clock",
         endings: &[],
         needs: None,
         accepts: |kind, output| match output {

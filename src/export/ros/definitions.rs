@@ -4,7 +4,7 @@
 //! later versions added fields: a reader goes by the text beside the message.
 
 /// Types and their own fields.
-const DEFINITIONS: [(&str, &str); 37] = [
+const DEFINITIONS: [(&str, &str); 38] = [
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     (
@@ -95,6 +95,7 @@ const DEFINITIONS: [(&str, &str); 37] = [
         "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\n\
          float64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n",
     ),
+    ("sensor_msgs/FluidPressure", "std_msgs/Header header\nfloat64 fluid_pressure\nfloat64 variance\n"),
     (
         "sensor_msgs/Image",
         "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\n\

@@ -19,10 +19,10 @@ pub(crate) mod message;
 mod motion;
 mod points;
 
-pub use camera::{CameraInfo, Distortion, Image, Pixels};
+pub use camera::*;
 pub use definitions::definition;
-pub use foxglove::{BoxInPicture, BoxInSpace, ImageAnnotations, SceneUpdate};
-pub use frames::{Clock, TfMessage, TransformStamped};
+pub use foxglove::*;
+pub use frames::*;
 pub use message::{Encoded, Header, Message};
-pub use motion::{Imu, NavSatFix};
-pub use points::PointCloud2;
+pub use motion::*;
+pub use points::*;

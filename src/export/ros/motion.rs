@@ -1,4 +1,4 @@
-//! Motion of a body, and its place on Earth.
+//! Motion of a body, its place on Earth, and the air there.
 
 use super::message::{Header, Message};
 use crate::export::cdr::Encoder;
@@ -68,4 +68,30 @@ impl Message for NavSatFix<'_> {
         cdr.number(if self.covariance.is_some() { 3_u8 } else { 0 });
         Ok(())
     }
+}
+
+/// Pressure of the air, as `sensor_msgs/FluidPressure`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluidPressure<'a> {
+    /// When, and the frame of the barometer.
+    pub header: Header<'a>,
+    /// In Pa.
+    pub pressure: f64,
+    /// In Pa²; 0 where unknown.
+    pub variance: f64,
+}
+
+impl Message for FluidPressure<'_> {
+    const TYPE: &'static str = "sensor_msgs/msg/FluidPressure";
+
+    fn put(&self, cdr: &mut Encoder) -> Result<()> {
+        self.header.put(cdr)?;
+        cdr.array(&[self.pressure, self.variance]);
+        Ok(())
+    }
+}
+
+/// A matrix of 3 by 3 with nothing beside its diagonal, as covariances are given.
+pub fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
+    [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 }

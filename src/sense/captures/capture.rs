@@ -75,7 +75,7 @@ impl SensorCapture {
         if let SensorData::Lidar(lidar) = &self.data { Some(lidar) } else { None }
     }
 
-    /// Record of another sensor, such as an [`ImuCapture`](super::motion::ImuCapture); `None` where there is none of
+    /// Record of another sensor, such as an [`ImuCapture`](crate::sense::ImuCapture); `None` where there is none of
     /// that type.
     pub fn reading<T: Record>(&self) -> Option<&T> {
         self.records()?.first()

@@ -9,6 +9,5 @@ pub(crate) mod capture;
 pub(crate) mod flow;
 pub(crate) mod label_table;
 pub(crate) mod lidar;
-pub(crate) mod motion;
 pub(crate) mod pose;
 pub(crate) mod reading;

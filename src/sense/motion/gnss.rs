@@ -1,11 +1,54 @@
 //! Readings of receivers of satellite navigation.
 
 use super::kind::{Measuring, ReadingSensor};
-use crate::sense::captures::motion::GnssCapture;
+use crate::export::ros::{Encoded, Header, NavSatFix, diagonal};
+use crate::sense::captures::reading::Record;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::io::Result;
+use systems::describe::Described;
 use systems::sensors::{GeoOrigin, GnssReading, GnssSensor};
+
+/// Measurement of a receiver of satellite navigation.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct GnssCapture {
+    /// True if the place of the scene on Earth is known. If not, all is 0.
+    pub valid: bool,
+    /// Degrees, WGS 84.
+    #[schemars(extend("unit" = "degrees, WGS 84"))]
+    pub latitude: f64,
+    /// Degrees, WGS 84.
+    #[schemars(extend("unit" = "degrees, WGS 84"))]
+    pub longitude: f64,
+    /// Metres above the ellipsoid.
+    #[schemars(extend("unit" = "metres above the ellipsoid"))]
+    pub altitude: f64,
+    /// True if the place of the sensor when it was due before is known. If not, the velocity is 0.
+    pub has_velocity: bool,
+    /// To the east, north and up, m/s; the mean since the sensor was due before.
+    #[schemars(with = "[f64; 3]", extend("unit" = "m/s to the east, north, up"))]
+    pub velocity: DVec3,
+    /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
+    #[schemars(extend("column" = false))]
+    pub sigmas: [f64; 2],
+}
+
+impl Described for GnssCapture {}
+
+impl Record for GnssCapture {
+    const TOPIC: Option<&'static str> = Some("fix");
+
+    fn message(&self, header: Header) -> Result<Option<Encoded>> {
+        let [horizontal, vertical] = self.sigmas.map(|sigma| sigma * sigma);
+        let Self { latitude, longitude, altitude, .. } = *self;
+        let covariance = Some(diagonal([horizontal, horizontal, vertical]));
+        let message = NavSatFix { header, latitude, longitude, altitude, covariance };
+        self.valid.then(|| Encoded::of(&message)).transpose()
+    }
+}
 
 impl ReadingSensor for GnssSensor {
     const KIND: &'static str = "gnss";

@@ -1,6 +1,7 @@
 //! Sensors without pictures: what a kind is, those of the library and of programs; and where sensors were when they were
 //! due before. Uses captures.
 
+mod barometer;
 #[cfg(feature = "vehicles")]
 mod bodies;
 #[cfg(feature = "vehicles")]
@@ -20,6 +21,12 @@ mod obstacles;
 pub(crate) mod place;
 pub(crate) mod track;
 
+pub use barometer::BarometerCapture;
+pub use custom::{CustomSensor, add_sensor_kind};
+pub use gnss::GnssCapture;
+pub use imu::ImuCapture;
+pub use kind::{Measuring, ReadingSensor, kind_name, lack, record_schemas};
+
 use kind::AnyReadingSensor;
 use systems::sensors::SensorKind;
 
@@ -30,6 +37,7 @@ pub(crate) fn built_in(kind: &SensorKind) -> Option<&dyn AnyReadingSensor> {
         SensorKind::Gnss(settings) => Some(settings),
         SensorKind::Collision(settings) => Some(settings),
         SensorKind::Lane(settings) => Some(settings),
+        SensorKind::Barometer(settings) => Some(settings),
         SensorKind::Camera(_) | SensorKind::Lidar(_) | SensorKind::Custom(_) => None,
     }
 }

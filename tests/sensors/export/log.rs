@@ -4,8 +4,8 @@ use super::{Files, SIZE, Seen, list, number};
 use relief::export::array::Column;
 use relief::export::mcap;
 use relief::export::ros::{
-    BoxInPicture, BoxInSpace, CameraInfo, Clock, Distortion, Header, Image, ImageAnnotations, Imu, Message, NavSatFix,
-    Pixels, PointCloud2, SceneUpdate, TfMessage, TransformStamped,
+    BoxInPicture, BoxInSpace, CameraInfo, Clock, Distortion, FluidPressure, Header, Image, ImageAnnotations, Imu,
+    Message, NavSatFix, Pixels, PointCloud2, SceneUpdate, TfMessage, TransformStamped,
 };
 use serde_json::{Value, json};
 
@@ -145,6 +145,9 @@ impl Logged<'_> {
         });
         let fix = NavSatFix { header, latitude: 48.25, longitude: -11.5, altitude: 519.75, covariance };
         self.write("/gnss", &fix, content);
+
+        let content = json!({"header": self.said_header(), "fluid_pressure": 101_325.5, "variance": 144.0});
+        self.write("/air", &FluidPressure { header, pressure: 101_325.5, variance: 144.0 }, content);
     }
 
     /// None, one, and two frames.

@@ -8,7 +8,7 @@ use crate::common;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Quat};
-use relief::sense::{Capture, GnssCapture, ImuCapture, SensorSuite};
+use relief::sense::{BarometerCapture, Capture, GnssCapture, ImuCapture, SensorSuite};
 use std::f64::consts::FRAC_PI_2;
 use systems::Simulation;
 use systems::ecs::clock::Clock;
@@ -16,7 +16,9 @@ use systems::physics::Physical;
 use systems::run::registry::register_all;
 use systems::run::snapshot;
 use systems::sensors::wgs84::Geodetic;
-use systems::sensors::{GeoOrigin, GnssSensor, ImuSensor, LaneReading, LaneSensor, Sensor, SensorKind};
+use systems::sensors::{
+    BarometerSensor, GeoOrigin, GnssSensor, ImuSensor, LaneReading, LaneSensor, Sensor, SensorKind,
+};
 use systems::space::origin::Origin;
 use systems::space::{GRAVITY, Transform};
 use systems::vehicles::routes::{RoutePlan, Routes};
@@ -229,4 +231,29 @@ fn a_lane_sensor_says_where_it_is_mounted() {
     assert!(found.valid && found.lane == 1 && found.speed == 0.0, "{found:?}");
     assert!((found.offset - 4.5).abs() < 1e-6 && (found.heading_error - 3.0).abs() < 2e-6, "{found:?}");
     assert_eq!(got["post"].reading::<LaneReading>(), Some(&Default::default()));
+}
+
+#[test]
+fn a_barometer_measures_the_air_where_it_is_on_earth() {
+    let mut simulation = Simulation::new();
+    let sensor = || Sensor::new(SensorKind::Barometer(BarometerSensor::default()));
+    let mut add = |name: &'static str, y: f32| {
+        simulation.world.spawn((sensor(), Name::new(name), Transform::from_xyz(0.0, y, 0.0)));
+    };
+    (add("low", 0.0), add("high", 10.0));
+    register_all(&mut simulation.world);
+    // No picture is asked for: no device is opened.
+    let mut suite = SensorSuite::default();
+    let mut pressures = |simulation: &mut Simulation| {
+        let got = suite.capture(simulation).expect("captured");
+        ["low", "high"].map(|name| got[name].reading::<BarometerCapture>().expect("a barometer").pressure)
+    };
+    let [low, high] = pressures(&mut simulation);
+    assert_eq!(low, 101_325.0);
+    // ρ g h is 1.2250 kg/m³ · 9.80665 m/s² · 10 m = 120.13 Pa; half of 10/8434 less, as the air thins on the way.
+    assert!((low - high - 120.06).abs() < 0.02, "{high}");
+    let place = Geodetic { latitude_degrees: 48.0, longitude_degrees: 11.0, altitude: 1000.0 };
+    simulation.world.insert_resource(GeoOrigin { place, at: DVec3::ZERO });
+    let [low, _] = pressures(&mut simulation);
+    assert!((low - 89_876.0).abs() < 1.0, "{low}");
 }
