@@ -25,3 +25,8 @@ pub mod technique_error;
 mod traced;
 
 pub use error::ToolError;
+
+/// Figures as a line of JSON.
+pub fn json_line(figures: &impl serde::Serialize) -> String {
+    serde_json::to_string(figures).unwrap_or_default()
+}

@@ -4,9 +4,11 @@ use crate::commands::common::arguments::{self, MOST_FRAMES};
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::view;
 use crate::tools::frame_error::FrameErrorJob;
+use crate::tools::json_line;
 use clap::Args;
+use serde::Serialize;
 use std::fmt::Display;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use systems::assets::Technique;
 
 #[derive(Args)]
@@ -50,13 +52,14 @@ impl FrameErrorArgs {
         }
     }
 
-    /// Prints the line of JSON, or the table and where the pictures are.
-    pub fn tell(&self, json: &str, table: &impl Display) -> Result<(), Failure> {
-        if self.json {
-            say(json)?
-        } else {
-            say(&format!("{table}pictures: {}", self.output.display()))?
-        }
-        Ok(())
+    /// Prints what was found.
+    pub fn tell(&self, report: &(impl Serialize + Display)) -> Result<(), Failure> {
+        tell(report, self.json, &self.output)
     }
+}
+
+/// Prints figures as a line of JSON, or as a table and where the pictures are.
+pub fn tell(report: &(impl Serialize + Display), json: bool, pictures: &Path) -> Result<(), Failure> {
+    let told = if json { json_line(report) } else { format!("{report}pictures: {}", pictures.display()) };
+    Ok(say(&told)?)
 }
