@@ -1,6 +1,6 @@
 //! `relief bench`.
 
-use crate::commands::common::arguments::{self, ON_OFF};
+use crate::commands::common::arguments::{self, ON_OFF, ThreadsArgs};
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::process::Process;
 use crate::commands::common::progress;
@@ -99,9 +99,8 @@ pub struct BenchArgs {
     /// Samples per pixel: 4 as in other commands, or 1
     #[arg(long, default_value = "4", value_name = "1|4", value_parser = arguments::parse_samples)]
     pub samples: u32,
-    /// Worker threads [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
     /// Also measure the visible triangles with a minimal shader, without levels of detail: a lower bound
     #[arg(long)]
     pub floor: bool,
@@ -160,7 +159,7 @@ impl BenchArgs {
             shadows: self.shadows,
             load: LoadOptions { compress: self.compress, watch: Some(progress::of_loading), ..LoadOptions::default() },
             samples: self.samples,
-            threads: self.threads.map(usize::from),
+            threads: self.threads.count(),
             floor: self.floor,
             picture: self.picture.clone(),
             trace: self.trace.clone(),

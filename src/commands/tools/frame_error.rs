@@ -1,6 +1,6 @@
 //! Common parts of `relief lights` and `relief shadows`: the frame, and the report of its error.
 
-use crate::commands::common::arguments::{self, MOST_FRAMES};
+use crate::commands::common::arguments::{self, MOST_FRAMES, ThreadsArgs};
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::view;
 use crate::tools::frame_error::FrameErrorJob;
@@ -30,9 +30,8 @@ pub struct FrameErrorArgs {
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// Worker threads; the number does not change pictures [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
     /// Print one line of JSON instead of a table
     #[arg(long)]
     pub json: bool,
@@ -40,7 +39,7 @@ pub struct FrameErrorArgs {
 
 impl FrameErrorArgs {
     pub fn job(&self) -> FrameErrorJob {
-        systems::set_threads(self.threads.map(usize::from));
+        self.threads.set();
         FrameErrorJob {
             scene: self.scene.clone(),
             load: view::loading(),

@@ -10,6 +10,7 @@ use crate::renderer::gpu::cpu_rasterizer::CpuRasterizer;
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::timestamps::{PassTime, Timestamps};
+use crate::renderer::passes::pass::Shadows;
 use crate::renderer::passes::pipelines::{MissingPipelines, Pipelines};
 use crate::renderer::passes::targets::SceneColorCopy;
 use crate::renderer::plan::settings::DebugView;
@@ -213,7 +214,7 @@ impl Renderer {
         };
         let buffer = shadows.upload(&self.gpu)?;
         let device = &self.gpu.device;
-        let layout = self.pipelines.traced_layout(device, &self.assets.textures.layout);
+        let layout = self.pipelines.shadows_layout(device, &self.assets.textures.layout, Shadows::Traced);
         view.set_traced(Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("traced shadows"),
             layout,
@@ -318,7 +319,7 @@ impl Renderer {
         }
         let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
         let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
-        let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
+        let layout = self.pipelines.shadows_layout(device, class_layout, Shadows::Maps).clone();
         let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
         self.own.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
     }
@@ -372,7 +373,7 @@ impl Renderer {
                 for key in keys {
                     kinds.push((pass, key));
                     if key.technique == Technique::EmbossMultipass {
-                        kinds.extend(view.emboss_passes().map(|pass| (pass, key)));
+                        kinds.extend(view.pass.emboss_passes().map(|pass| (pass, key)));
                     }
                 }
             }

@@ -30,9 +30,33 @@ impl Edges {
     }
 }
 
-fn thread_count() -> usize {
-    let cores = || thread::available_parallelism().map_or(1, usize::from);
-    ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num())
+/// Works on all items, each by one of the threads, the first first. `done(n)` is told how many are finished. Returns
+/// what the items gave, in no order.
+pub(super) fn share_out<T: Send, R: Send>(
+    items: impl Iterator<Item = T> + Send,
+    threads: usize,
+    work: impl Fn(T) -> R + Sync,
+    done: &(dyn Fn(usize) + Sync),
+) -> Vec<R> {
+    let items = Mutex::new(items);
+    let results = Mutex::new(Vec::new());
+    let next = || items.lock().ok().and_then(|mut items| items.next());
+    let run = || {
+        while let Some(item) = next() {
+            let result = work(item);
+            if let Ok(mut results) = results.lock() {
+                results.push(result);
+                done(results.len());
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(run);
+        }
+        run();
+    });
+    results.into_inner().unwrap_or_default()
 }
 
 /// Texels of `channels` floats each, top left first, rows one after the other.
@@ -63,24 +87,10 @@ impl Raster {
         done: &(dyn Fn(usize) + Sync),
     ) -> Self {
         let mut raster = Self::new(width, height, channels);
-        let finished = Mutex::new(0);
-        let rows = Mutex::new(raster.values.chunks_mut((width * channels).max(1)).enumerate());
-        let next = || rows.lock().ok().and_then(|mut rows| rows.next());
-        let work = || {
-            while let Some((y, row)) = next() {
-                fill(y, row);
-                if let Ok(mut finished) = finished.lock() {
-                    *finished += 1;
-                    done(*finished);
-                }
-            }
-        };
-        thread::scope(|scope| {
-            for _ in 1..thread_count() {
-                scope.spawn(work);
-            }
-            work();
-        });
+        let rows = raster.values.chunks_mut((width * channels).max(1)).enumerate();
+        let cores = || thread::available_parallelism().map_or(1, usize::from);
+        let threads = ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num());
+        share_out(rows, threads, |(y, row)| fill(y, row), done);
         raster
     }
 
