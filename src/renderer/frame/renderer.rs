@@ -208,18 +208,12 @@ impl Renderer {
         view: &mut ViewState,
         shadows: Option<&TracedShadows>,
     ) -> Result<(), RenderError> {
-        let Some(shadows) = shadows else {
-            view.set_traced(None);
-            return Ok(());
-        };
-        let buffer = shadows.upload(&self.gpu)?;
-        let device = &self.gpu.device;
-        let layout = self.pipelines.shadows_layout(device, &self.assets.textures.layout, Shadows::Traced);
-        view.set_traced(Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("traced shadows"),
-            layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
-        })));
+        let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
+        let group = shadows.map(|shadows| {
+            let layout = self.pipelines.shadows_layout(device, class_layout, Shadows::Traced);
+            shadows.group(device, layout)
+        });
+        view.set_traced(group.transpose()?);
         Ok(())
     }
 

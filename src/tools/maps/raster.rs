@@ -4,6 +4,7 @@ use crate::name::named;
 use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
+use systems::assets::{Image, ImageKind};
 
 /// Callback for the progress of a tool: rows or lines finished, and their total. Any thread may call it.
 pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -92,6 +93,17 @@ impl Raster {
         let threads = ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num());
         share_out(rows, threads, |(y, row)| fill(y, row), done);
         raster
+    }
+
+    /// An image of 8 bits: grey of one channel, opaque without a fourth.
+    pub fn rgba8(&self, name: &str, kind: ImageKind) -> Image {
+        let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let texel = |texel: &[f32]| {
+            let channel = |channel: usize| texel.get(channel).copied().unwrap_or(texel[0]);
+            [channel(0), channel(1), channel(2), texel.get(3).copied().unwrap_or(1.0)].map(byte)
+        };
+        let texels = self.values.chunks(self.channels.max(1)).flat_map(texel).collect();
+        Image::rgba8(name, self.width as u32, self.height as u32, kind, texels)
     }
 
     /// A value of the texel at (x, y), which may lie beyond the edges.
