@@ -126,8 +126,8 @@ pub struct BenchArgs {
     #[arg(long, requires = "suite")]
     pub quick: bool,
     /// Job of a process of its own
-    #[arg(long, hide = true, value_parser = |job: &str| serde_json::from_slice::<BenchJob>(job.as_bytes()))]
-    job: Option<BenchJob>,
+    #[arg(long, hide = true, value_parser = |job: &str| serde_json::from_slice::<Box<BenchJob>>(job.as_bytes()))]
+    job: Option<Box<BenchJob>>,
 }
 
 impl BenchArgs {
@@ -169,7 +169,7 @@ impl BenchArgs {
 
 pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
     let bar = progress::bar("{bar:40} {pos}/{len}  {msg}  {eta} left");
-    let job = args.job.clone().unwrap_or_else(|| args.job());
+    let job = args.job.as_deref().cloned().unwrap_or_else(|| args.job());
     let said = if let (true, Some(folder)) = (args.suite, &args.output) {
         let (earlier, quick) = (args.compare.clone(), args.quick);
         let suite = SuiteJob { most: job, folder: folder.clone(), earlier, quick };
