@@ -67,7 +67,7 @@ impl From<GpuError> for Failure {
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
         match error {
-            RenderError::Camera { .. } => Self::Value(error.to_string()),
+            RenderError::View { .. } => Self::Value(error.to_string()),
             _ => Self::Gpu(error.to_string()),
         }
     }

@@ -5,20 +5,18 @@
 //! compares the pictures as written, all of them. Seams are found where two pieces of one object meet: the renderer is
 //! handed records with slots for ids, which tell them apart.
 
-use crate::frames::{self, FrameError, Stage};
-use crate::output;
-use crate::renderer::{Gpu, OutputSet, Settings, SingleView};
-use crate::tools::compare::{self, Shown};
+use crate::frames::{FrameError, Stage};
+use crate::renderer::{OutputSet, Settings, SingleView};
+use crate::tools::compare::{self, PictureError, Shown};
 use crate::tools::error::ToolError;
-use crate::tools::frame_error::{self, FrameErrorJob};
+use crate::tools::frame_error::{self, Comparison, FrameErrorJob, Shot};
 use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::world::World;
-use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
 use std::path::PathBuf;
 use systems::draw::pieces::PieceOf;
-use systems::lights::{LightPolicies, LightPolicy};
+use systems::lights::LightPolicy;
 
 /// Error of a policy against [`LightPolicy::All`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -62,13 +60,6 @@ fn by_name<S: serde::Serializer>(policies: &[(&'static str, PolicyError)], seria
     serializer.collect_map(policies.iter().copied())
 }
 
-impl LightReport {
-    /// One line.
-    pub fn json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_default()
-    }
-}
-
 /// A table for people.
 impl fmt::Display for LightReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -84,30 +75,17 @@ impl fmt::Display for LightReport {
     }
 }
 
-/// A frame by one policy.
-struct PolicyPicture {
-    picture: RgbImage,
-    luminances: Vec<f32>,
-}
-
 /// Draws a scene with all lights and by each policy, writes the pictures and says how far apart they are.
 ///
 /// # Errors
 /// [`ToolError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
-    compare::check_size(job.size)?;
     let (width, height) = job.size;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
     let forced = LightPolicy::ALL.into_iter().filter(|(_, policy)| *policy != LightPolicy::All);
-    let policies =
-        || std::iter::once(("default", None)).chain(forced.clone().map(|(name, policy)| (name, Some(policy))));
-    let of_policies = policies().flat_map(|(name, _)| [name.to_owned(), error_name(name)]);
-    let outputs: Vec<PathBuf> = of_policies.chain(["all".to_owned()]).map(|name| job.picture(&name)).collect();
-    stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
-    let mut renderer = SingleView::new(&Gpu::headless()?);
-    for _ in 0..job.frame {
-        stage.simulation.step();
-    }
+    let policies = std::iter::once(("default", None)).chain(forced.map(|(name, policy)| (name, Some(policy))));
+    let policies: Vec<(&str, Option<LightPolicy>)> = policies.collect();
+    let names: Vec<&str> = policies.iter().map(|(name, _)| *name).collect();
+    let (mut stage, mut renderer) = job.begin("all", &names)?;
     let all = draw(&mut stage, &mut renderer, job, Some(LightPolicy::All))?;
     let outputs = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
     renderer.gpu().check()?;
@@ -116,53 +94,40 @@ pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
     let shown: Vec<Option<Shown>> = slots.into_iter().map(|slot| shown(world, objects, slot?)).collect();
     let shows_object: Vec<bool> = shown.iter().map(Option::is_some).collect();
     let borders = compare::piece_borders(&shown, width as usize);
+    let mut compared = Comparison { job, reference: all, counted: shows_object, pictures: Vec::new() };
     let mut report = LightReport {
         scene: job.scene.clone(),
         frame: job.frame,
         width,
         height,
         lights: frame_error::lights_on(&stage.simulation),
-        object_pixels: shows_object.iter().filter(|shows| **shows).count(),
-        mean_luminance: compare::mean_luminance(&all.luminances, &shows_object),
+        object_pixels: compared.counted.iter().filter(|shows| **shows).count(),
+        mean_luminance: compare::mean_luminance(&compared.reference.luminances, &compared.counted),
         seam_pairs: borders.len(),
         policies: Vec::new(),
     };
-    let mut pictures = Vec::new();
-    for (name, policy) in policies() {
+    for (name, policy) in policies {
         let other = draw(&mut stage, &mut renderer, job, policy)?;
-        let error = compare::luminance_error(&all.luminances, &other.luminances, &shows_object);
-        let seams = compare::seams(&all.luminances, &other.luminances, &shows_object, &borders);
-        let flip = compare::flip(&all.picture, &other.picture)?;
-        report.policies.push((name, PolicyError { mean: error.mean, p99: error.p99, flip, seams }));
-        let heat = compare::heat_map(&error.of_pixels, width, height).unwrap_or_default();
-        pictures.extend([(name.to_owned(), other.picture), (error_name(name), heat)]);
+        let seams = compare::seams(&compared.reference.luminances, &other.luminances, &compared.counted, &borders);
+        let PictureError { mean, p99, flip } = compared.add(name, other)?;
+        report.policies.push((name, PolicyError { mean, p99, flip, seams }));
     }
-    pictures.push(("all".to_owned(), all.picture));
-    output::make_folder(&job.folder)?;
-    for (name, picture) in pictures {
-        output::write_png(&job.picture(&name), &picture.into())?;
-    }
+    compared.write("all")?;
     Ok(report)
 }
 
-/// Draws a frame by a policy, or as the scene has it, with slots for ids.
+/// Draws a frame by a policy, or as the scene has it.
 fn draw(
     stage: &mut Stage,
     renderer: &mut SingleView,
     job: &FrameErrorJob,
     policy: Option<LightPolicy>,
-) -> Result<PolicyPicture, FrameError> {
-    stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
-    stage.simulation.frame();
+) -> Result<Shot, FrameError> {
+    frame_error::select_lights(stage, policy);
     let view = stage.viewpoint.view(&stage.simulation.world, job.size);
     let settings = Settings { technique: job.technique, shadow_maps: 0, ..Settings::default() }.for_files();
-    stage
-        .simulation
-        .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, &view, &settings)))?;
-    let picture = renderer.draw_picture().convert();
-    let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
-    renderer.gpu().check()?;
-    Ok(PolicyPicture { picture, luminances })
+    let (picture, luminances) = frame_error::draw(stage, renderer, &view, &settings)?;
+    Ok(Shot { picture: picture.convert(), luminances })
 }
 
 /// Object in a slot, and the piece of it that the slot holds.
@@ -170,8 +135,4 @@ fn shown(world: &World, objects: &[Option<EntityIndex>], slot: u32) -> Option<Sh
     let piece = objects.get(slot as usize).copied().flatten()?;
     let whole = world.get::<PieceOf>(world.entities().resolve_from_index(piece));
     Some(Shown { object: whole.map_or(piece.index(), |piece| piece.0.index_u32()), piece: piece.index() })
-}
-
-fn error_name(policy: &str) -> String {
-    format!("{policy}_error")
 }

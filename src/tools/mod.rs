@@ -5,7 +5,7 @@
 //! maps             images into normal, height, horizon, offset and specular maps; maps baked from meshes
 //! bench            what many objects cost
 //! gallery          a scene once for each of its mesh variants
-//! frame_error      the job of the next two
+//! frame_error      the job of the next two, and the comparison with their reference
 //! light_error      a scene by light policies against all lights
 //! shadow_error     a scene against shadows that rays find (traced)
 //! technique_error  every bump technique against real geometry
@@ -25,3 +25,8 @@ pub mod technique_error;
 mod traced;
 
 pub use error::ToolError;
+
+/// Figures as a line of JSON.
+pub fn json_line(figures: &impl serde::Serialize) -> String {
+    serde_json::to_string(figures).unwrap_or_default()
+}

@@ -5,12 +5,11 @@
 //! without shadows, with shadow maps, and with the scene's own light policies, each light of an object shadowed as rays
 //! find it. Figures are those of `light_error`.
 
-use crate::frames::{self, FrameError, Stage};
-use crate::output;
-use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
+use crate::frames::{FrameError, Stage};
+use crate::renderer::{OutputSet, Settings, SingleView, TracedShadows};
 use crate::tools::compare::{self, PictureError, quarters};
 use crate::tools::error::ToolError;
-use crate::tools::frame_error::{self, FrameErrorJob};
+use crate::tools::frame_error::{self, Comparison, FrameErrorJob, Shot, select_lights};
 use crate::tools::traced::{ObjectLights, Traced, TracedScene};
 use image::RgbImage;
 use std::collections::BTreeSet;
@@ -20,7 +19,7 @@ use systems::assets::color::{linear_from_srgb, srgb_from_linear};
 use systems::assets::levels::LevelOfDetail;
 use systems::cells::Cells;
 use systems::draw::View;
-use systems::lights::{LightPolicies, LightPolicy};
+use systems::lights::LightPolicy;
 
 /// Results of the comparison.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -66,13 +65,6 @@ pub struct CellsReport {
     pub left_out: usize,
 }
 
-impl ShadowReport {
-    /// One line.
-    pub fn json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_default()
-    }
-}
-
 /// A table for people.
 impl fmt::Display for ShadowReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -98,12 +90,6 @@ impl fmt::Display for ShadowReport {
     }
 }
 
-/// A frame.
-struct Shot {
-    picture: RgbImage,
-    luminances: Vec<f32>,
-}
-
 /// Source of the lights' visibility.
 #[derive(Clone, Copy)]
 enum Shadows<'a> {
@@ -119,16 +105,8 @@ enum Shadows<'a> {
 /// # Errors
 /// [`ToolError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError> {
-    compare::check_size(job.size)?;
     let (width, height) = job.size;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
-    let names = ["truth", "unshadowed", "unshadowed_error", "maps", "maps_error", "perfect", "perfect_error"];
-    let outputs = names.map(|name| job.picture(name));
-    stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
-    let mut renderer = SingleView::new(&Gpu::headless()?);
-    for _ in 0..job.frame {
-        stage.simulation.step();
-    }
+    let (mut stage, mut renderer) = job.begin("truth", &["unshadowed", "maps", "perfect"])?;
     select_lights(&mut stage, None);
     let view = stage.viewpoint.view(&stage.simulation.world, (2 * width, 2 * height));
     let mapped = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(maps))?;
@@ -157,15 +135,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
     let truth = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
 
     let shows_object: Vec<bool> = quarters(&shown, width).map(|samples| samples.iter().any(Option::is_some)).collect();
-    let compared = |shot: &Shot| -> Result<_, ToolError> {
-        let error = compare::luminance_error(&truth.luminances, &shot.luminances, &shows_object);
-        let flip = compare::flip(&truth.picture, &shot.picture)?;
-        let heat = compare::heat_map(&error.of_pixels, width, height).unwrap_or_default();
-        Ok((PictureError { mean: error.mean, p99: error.p99, flip }, heat))
-    };
-    let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
-    let (of_maps, maps_heat) = compared(&mapped)?;
-    let (of_perfect, perfect_heat) = compared(&perfect)?;
+    let mut compared = Comparison { job, reference: truth, counted: shows_object, pictures: Vec::new() };
     let cells = match (&with_cells, &without) {
         (Some(reached), Some(without)) => {
             let objects: BTreeSet<u32> = shown.iter().flatten().copied().collect();
@@ -174,7 +144,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
                 count as f64 / objects.len().max(1) as f64
             };
             Some(CellsReport {
-                without: compared(without)?.0,
+                without: compared.error_of(without)?.0,
                 lights_per_object: mean(reached),
                 lights_per_object_without: mean(&ObjectLights::new(&stage.simulation)),
                 left_out: traced.left_out(&stage.simulation, &shown, reached),
@@ -188,31 +158,20 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
         width,
         height,
         lights: frame_error::lights_on(&stage.simulation),
-        object_pixels: shows_object.iter().filter(|shows| **shows).count(),
-        mean_luminance: compare::mean_luminance(&truth.luminances, &shows_object),
+        object_pixels: compared.counted.iter().filter(|shows| **shows).count(),
+        mean_luminance: compare::mean_luminance(&compared.reference.luminances, &compared.counted),
         unmet_samples: unmet,
         mapped: lights_with_maps,
-        unshadowed: of_unshadowed,
-        maps: of_maps,
-        perfect: of_perfect,
+        unshadowed: compared.add("unshadowed", unshadowed)?,
+        maps: compared.add("maps", mapped)?,
+        perfect: compared.add("perfect", perfect)?,
         cells,
     };
-    output::make_folder(&job.folder)?;
-    let (plain, of_maps) = ([unshadowed.picture, unshadowed_heat], [mapped.picture, maps_heat]);
-    let pictures = [truth.picture].into_iter().chain(plain).chain(of_maps).chain([perfect.picture, perfect_heat]);
-    for (path, picture) in outputs.iter().zip(pictures) {
-        output::write_png(path, &picture.into())?;
-    }
+    compared.write("truth")?;
     Ok(report)
 }
 
-/// A frame with lights by a policy, or by those of the scene.
-fn select_lights(stage: &mut Stage, policy: Option<LightPolicy>) {
-    stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
-    stage.simulation.frame();
-}
-
-/// Draws the world's last frame with slots for ids, and makes pixels of its samples.
+/// Draws the world's last frame, and makes pixels of its samples.
 fn draw(
     stage: &mut Stage,
     renderer: &mut SingleView,
@@ -227,12 +186,7 @@ fn draw(
     };
     let settings = Settings { technique, levels, samples: 1, shadow_maps, ..Settings::default() }.for_files();
     renderer.set_traced_shadows(traced)?;
-    stage
-        .simulation
-        .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, view, &settings)))?;
-    let samples = renderer.draw_picture();
-    let luminances: Vec<f32> = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
-    renderer.gpu().check()?;
+    let (samples, luminances) = frame_error::draw(stage, renderer, view, &settings)?;
     let (width, height) = job.size;
     // As the tone map does with the samples of a pixel: the mean of what each is shown as.
     let mean = |samples: [u8; 4]| {

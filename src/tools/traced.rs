@@ -16,17 +16,12 @@
 //! The rasteriser moves vertices by a fraction of a pixel, so at outlines a pixel may show an object that the ray
 //! through its centre passes by. Rays through the corners of a square of that fraction look for it then.
 
-use crate::box_tree;
+use crate::box_tree::{BoxRay, BoxTree, Open, Quality};
 use crate::renderer::{TracedRow, TracedShadows};
 use bevy_ecs::entity::EntityIndex;
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A, Vec4Swizzles};
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::ray::{Ray, RayHit};
-use obvhs::{Boundable, BvhBuildParams};
 use std::collections::BTreeSet;
-use std::time::Duration;
 use systems::Simulation;
 use systems::assets::AlphaMode;
 use systems::draw::{BatchKey, InstanceRecord, Projection, View};
@@ -43,6 +38,9 @@ const BOX_ROOM: f32 = 1e-5;
 
 /// Margin of a triangle beyond its edges, as a part of it: no ray passes between two that share an edge.
 const EDGE: f64 = 1e-9;
+
+/// Triangles of a leaf.
+const GROUP: usize = 4;
 
 /// Places of a light's disc that rays go to.
 const PLACES: usize = 256;
@@ -92,17 +90,16 @@ impl PlacedTriangle {
         (b - a).cross(c - a)
     }
 
-    /// The greatest distance of a corner from the eye.
-    fn reach(&self) -> f64 {
-        self.corners.iter().map(|corner| corner.length()).fold(0.0, f64::max)
-    }
-}
-
-impl Boundable for PlacedTriangle {
+    /// A box that rays of floats meet where they meet the triangle.
     fn aabb(&self) -> Aabb {
         let aabb = Aabb::from_points(&self.corners.map(|corner| corner.as_vec3a()));
         let room = Vec3A::splat(BOX_ROOM + (ROUNDING * self.reach()) as f32);
-        box_tree::bounded(Aabb::new(aabb.min - room, aabb.max + room))
+        Aabb::new(aabb.min - room, aabb.max + room)
+    }
+
+    /// The greatest distance of a corner from the eye.
+    fn reach(&self) -> f64 {
+        self.corners.iter().map(|corner| corner.length()).fold(0.0, f64::max)
     }
 }
 
@@ -110,7 +107,7 @@ impl Boundable for PlacedTriangle {
 #[derive(Clone, Copy)]
 struct Hit {
     along: f64,
-    leaf: usize,
+    triangle: u32,
     slot: u32,
 }
 
@@ -176,10 +173,8 @@ pub(crate) struct Traced {
 
 /// All that is drawn, ready for rays.
 pub(crate) struct TracedScene {
-    /// In the order of the leaves.
     triangles: Vec<PlacedTriangle>,
-    /// `None` without triangles.
-    tree: Option<CwBvh>,
+    tree: BoxTree,
     /// By slot.
     drawn: Vec<Option<Drawn>>,
     /// Places on a light's disc of radius 1.
@@ -196,7 +191,7 @@ impl TracedScene {
         let records = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut room);
         let mut scene = Self {
             triangles: Vec::new(),
-            tree: None,
+            tree: BoxTree::default(),
             drawn: vec![None; records.len()],
             places: disc_places(),
             eye: view.eye().as_dvec3(),
@@ -205,11 +200,7 @@ impl TracedScene {
         for (slot, key) in list.drawn() {
             scene.add(simulation, slot, key, &records[slot as usize]);
         }
-        if !scene.triangles.is_empty() {
-            let tree = build_cwbvh(&scene.triangles, BvhBuildParams::fast_build(), &mut Duration::default());
-            scene.triangles = tree.primitive_indices.iter().map(|&i| scene.triangles[i as usize]).collect();
-            scene.tree = Some(tree);
-        }
+        scene.tree = BoxTree::new(scene.triangles.iter().map(PlacedTriangle::aabb), GROUP, Quality::Good);
         scene
     }
 
@@ -303,28 +294,21 @@ impl TracedScene {
     /// `only`: of one object.
     fn meet(&self, place: DVec2, only: Option<u32>, hits: &mut Vec<Hit>) {
         hits.clear();
-        let Some(tree) = &self.tree else { return };
         let (origin, direction) = self.eye_rays.through(place);
-        let (near, mut far) = (self.eye_rays.near, self.eye_rays.far);
-        let ray = Ray::new(origin.as_vec3a(), direction.as_vec3a(), 0.0, above(far));
-        tree.ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
-            let triangle = &self.triangles[leaf];
+        let near = self.eye_rays.near;
+        let far = self.search(origin, direction, self.eye_rays.far, |number, triangle, far| {
             let slot = triangle.slot;
             let drawn = self.drawn[slot as usize].filter(|_| only.is_none_or(|only| only == slot));
-            let Some((drawn, along)) = drawn.zip(triangle.intersect(origin, direction)) else { return f32::INFINITY };
+            let Some((drawn, along)) = drawn.zip(triangle.intersect(origin, direction)) else { return far };
             let is_drawn = drawn.double_sided || drawn.handedness * triangle.normal().dot(direction) < 0.0;
             if !is_drawn || along < near || along > far {
-                return f32::INFINITY;
+                return far;
             }
-            hits.push(Hit { along, leaf, slot });
-            if drawn.alpha == AlphaMode::Opaque {
-                far = along;
-                return above(far);
-            }
-            f32::INFINITY
+            hits.push(Hit { along, triangle: number, slot });
+            if drawn.alpha == AlphaMode::Opaque { along } else { far }
         });
         hits.retain(|hit| hit.along <= far);
-        hits.sort_by(|a, b| a.along.total_cmp(&b.along).then(a.leaf.cmp(&b.leaf)));
+        hits.sort_by(|a, b| a.along.total_cmp(&b.along).then(a.triangle.cmp(&b.triangle)));
         let mut kept = 0;
         for i in 0..hits.len() {
             if hits[..kept].iter().all(|hit| hit.slot != hits[i].slot) {
@@ -348,7 +332,7 @@ impl TracedScene {
     /// Surface at a hit of a ray from the eye.
     fn surface(&self, place: DVec2, hit: &Hit) -> Surface {
         let (origin, direction) = self.eye_rays.through(place);
-        let triangle = &self.triangles[hit.leaf];
+        let triangle = &self.triangles[hit.triangle as usize];
         let normal = triangle.normal().normalize_or_zero();
         Surface {
             place: origin + direction * hit.along,
@@ -396,13 +380,34 @@ impl TracedScene {
 
     /// Tells if no shadow caster blocks a ray for so many metres.
     fn is_free(&self, from: DVec3, toward: DVec3, distance: f64) -> bool {
-        let Some(tree) = self.tree.as_ref().filter(|_| distance > 0.0) else { return true };
-        tree.ray_traverse_miss(Ray::new(from.as_vec3a(), toward.as_vec3a(), 0.0, above(distance)), |_, leaf| {
-            let triangle = &self.triangles[leaf];
+        let mut is_free = true;
+        self.search(from, toward, distance, |_, triangle, far| {
             let casts = self.drawn[triangle.slot as usize].is_some_and(|drawn| drawn.casts);
-            let hit = if casts { triangle.intersect(from, toward) } else { None };
-            if hit.is_some_and(|along| 0.0 < along && along < distance) { 0.0 } else { f32::INFINITY }
-        })
+            let hit = triangle.intersect(from, toward).filter(|along| casts && 0.0 < *along && *along < distance);
+            is_free &= hit.is_none();
+            if is_free { far } else { f64::NEG_INFINITY }
+        });
+        is_free
+    }
+
+    /// Calls with the triangles that a ray may meet up to `far`, and with the end of the ray, which is what is returned
+    /// from then on. Returns the last.
+    fn search(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        mut far: f64,
+        mut meet: impl FnMut(u32, &PlacedTriangle, f64) -> f64,
+    ) -> f64 {
+        let ray = BoxRay::new(origin.as_vec3a(), direction.as_vec3a(), 0.0);
+        self.tree.traverse(&ray, above(far), &mut Open::default(), |leaf, _, _| {
+            let numbers = self.tree.order()[leaf * GROUP..].iter().take(GROUP);
+            for (&number, triangle) in numbers.filter_map(|i| Some((i, self.triangles.get(*i as usize)?))) {
+                far = meet(number, triangle, far);
+            }
+            above(far)
+        });
+        far
     }
 }
 

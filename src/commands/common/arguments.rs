@@ -2,6 +2,7 @@
 
 use crate::frames::{FrameJob, RunJob};
 use crate::name;
+use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -87,6 +88,24 @@ pub fn listed<T: Copy>(before: &str, all: &[(&str, T)], meaning: fn(T) -> &'stat
     let others = others.iter().map(|(name, value)| format!("{name}: {}", meaning(*value)));
     let parts: Vec<String> = std::iter::once(plain).filter(|plain| !plain.is_empty()).chain(others).collect();
     before.to_owned() + &parts.join("; ")
+}
+
+/// Number of threads.
+#[derive(Args, Clone, Copy)]
+pub struct ThreadsArgs {
+    /// Worker threads; the number does not change what is made [default: one per core]
+    #[arg(long, value_name = "N", value_parser = whole(1u16..=256))]
+    threads: Option<u16>,
+}
+
+impl ThreadsArgs {
+    pub fn count(self) -> Option<usize> {
+        self.threads.map(usize::from)
+    }
+
+    pub fn set(self) {
+        systems::set_threads(self.count());
+    }
 }
 
 /// `on` and `off`.

@@ -6,7 +6,7 @@ use crate::output::OutputError;
 use crate::recording::RecordingError;
 use crate::renderer::RenderError;
 #[cfg(feature = "tools")]
-use crate::tools::{ToolError, bench::BenchError, maps::MapError};
+use crate::tools::{ToolError, maps::MapError};
 use crate::video::VideoError;
 use std::io::{ErrorKind, Write};
 
@@ -83,21 +83,11 @@ impl From<ShardError> for Failure {
 #[cfg(feature = "tools")]
 impl From<ToolError> for Failure {
     fn from(error: ToolError) -> Self {
-        match error {
-            ToolError::Frame(error) => error.into(),
-            ToolError::NoMeshVariants { .. } | ToolError::Compare(_) => Self::bad_input(error.to_string()),
-        }
-    }
-}
-
-#[cfg(feature = "tools")]
-impl From<BenchError> for Failure {
-    fn from(error: BenchError) -> Self {
         let code = match error {
-            BenchError::Frame(error) => return error.into(),
-            BenchError::SeparateProcess { code, .. } => code,
-            BenchError::Plot { .. } => OTHER,
-            BenchError::Grid(_) | BenchError::Compare { .. } => BAD_INPUT,
+            ToolError::Frame(error) => return error.into(),
+            ToolError::SeparateProcess { code, .. } => code,
+            ToolError::Plot { .. } => OTHER,
+            _ => BAD_INPUT,
         };
         Self { message: Some(error.to_string()), code }
     }
@@ -107,16 +97,12 @@ impl From<BenchError> for Failure {
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
         let code = match &error {
-            MapError::Import(_)
-            | MapError::Refused { .. }
-            | MapError::NotGrey { .. }
-            | MapError::NothingMet { .. }
-            | MapError::Option { .. } => BAD_INPUT,
             MapError::Preview { source: FrameError::Gpu(_), .. } => NO_ADAPTER,
             MapError::Output(error) | MapError::Preview { source: FrameError::Output(error), .. } => {
                 code_of_output(error)
             }
             MapError::Preview { .. } => OTHER,
+            _ => BAD_INPUT,
         };
         let message = match &error {
             MapError::NotGrey { .. } => format!("{error}. {CHANNELS}"),
@@ -134,28 +120,12 @@ fn code_of_frame(error: &FrameError) -> u8 {
     match error {
         FrameError::Gpu(_) | FrameError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
         FrameError::Render(RenderError::Lost { .. }) => OTHER,
-        FrameError::Scene(_)
-        | FrameError::NoCamera { .. }
-        | FrameError::Render(_)
-        | FrameError::Import(_)
-        | FrameError::NoSensors { .. }
-        | FrameError::NoSensor { .. }
-        | FrameError::SharedSensorName { .. }
-        | FrameError::SharedFrameName { .. }
-        | FrameError::NoFormat { .. }
-        | FrameError::NotBuiltIn { .. }
-        | FrameError::NothingToHold { .. }
-        | FrameError::BadSensorName { .. }
-        | FrameError::NoPanoptic { .. }
-        | FrameError::Overwrites { .. }
-        | FrameError::NoFrames { .. }
-        | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
-        | FrameError::Recording(RecordingError::Refused { .. }) => BAD_INPUT,
         FrameError::Output(error)
         | FrameError::Video(VideoError::Output(error))
         | FrameError::Recording(RecordingError::Output(error)) => code_of_output(error),
         FrameError::Video(VideoError::Failed { .. })
         | FrameError::Recording(RecordingError::Diverged { .. } | RecordingError::Parted { .. }) => OTHER,
+        _ => BAD_INPUT,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Arguments that several commands share: view and loading of a scene, outputs of frames, files of a run.
 
-use crate::commands::common::arguments::{self, MOST_FRAMES, ON_OFF};
+use crate::commands::common::arguments::{self, MOST_FRAMES, ON_OFF, ThreadsArgs};
 use crate::commands::common::progress;
 use crate::frames::{FrameJob, Frames, LoadOptions, OutputKind, RunJob};
 use crate::recording::RunFiles;
@@ -69,9 +69,8 @@ pub struct ViewArgs {
     #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES)]
     #[arg(value_parser = arguments::whole(1u64..=1 << 20))]
     pub texture_memory: u64,
-    /// Worker threads; the number does not change pictures [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
 }
 
 impl ViewArgs {
@@ -96,7 +95,7 @@ impl ViewArgs {
     }
 
     pub fn set_threads(&self) {
-        systems::set_threads(self.threads.map(usize::from));
+        self.threads.set();
     }
 
     pub fn settings(&self) -> Settings {

@@ -17,7 +17,7 @@ pub struct RenderArgs {
     pub output: Option<PathBuf>,
     /// Render one of the shards that relief split has made, into a folder beside that file; with --resume not if it is
     /// there and whole
-    #[arg(long, value_name = "FILE:N", value_parser = parse_shard, conflicts_with_all = SPLIT_OPTIONS)]
+    #[arg(long, value_name = "FILE:N", value_parser = parse_shard, conflicts_with_all = split_options())]
     pub shard: Option<(PathBuf, usize)>,
     #[command(flatten)]
     pub work: WorkArgs,
@@ -27,32 +27,11 @@ pub struct RenderArgs {
 }
 
 /// Options that relief split has fixed for its shards, or that make no sense for one.
-const SPLIT_OPTIONS: [&str; 24] = [
-    "output",
-    "sensors",
-    "format",
-    "frames",
-    "outputs",
-    "video",
-    "realtime",
-    "hash",
-    "record",
-    "from_snapshot",
-    "save_snapshot",
-    "size",
-    "camera",
-    "lights",
-    "technique",
-    "debug",
-    "levels",
-    "occlusion",
-    "samples",
-    "specular_aa",
-    "shadows",
-    "compress",
-    "texture_memory",
-    "no_cache",
-];
+fn split_options() -> Vec<clap::Id> {
+    let work = WorkArgs::augment_args(clap::Command::new("work"));
+    let ids = work.get_arguments().map(|option| option.get_id().clone()).filter(|id| id != "resume" && id != "threads");
+    ids.chain(["output", "save_snapshot"].map(clap::Id::from)).collect()
+}
 
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let work = &args.work;

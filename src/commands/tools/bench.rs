@@ -1,13 +1,13 @@
 //! `relief bench`.
 
-use crate::commands::common::arguments::{self, ON_OFF};
+use crate::commands::common::arguments::{self, ON_OFF, ThreadsArgs};
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::process::Process;
 use crate::commands::common::progress;
 use crate::frames::LoadOptions;
-use crate::name;
 use crate::renderer::{Occlusion, Settings};
 use crate::tools::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
+use crate::tools::json_line;
 use clap::{ArgAction, Args};
 use std::io;
 use std::path::PathBuf;
@@ -99,9 +99,8 @@ pub struct BenchArgs {
     /// Samples per pixel: 4 as in other commands, or 1
     #[arg(long, default_value = "4", value_name = "1|4", value_parser = arguments::parse_samples)]
     pub samples: u32,
-    /// Worker threads [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
     /// Also measure the visible triangles with a minimal shader, without levels of detail: a lower bound
     #[arg(long)]
     pub floor: bool,
@@ -126,53 +125,33 @@ pub struct BenchArgs {
     /// Suite: few small scenes and frames, as a smoke test
     #[arg(long, requires = "suite")]
     pub quick: bool,
+    /// Job of a process of its own
+    #[arg(long, hide = true, value_parser = |job: &str| serde_json::from_slice::<Box<BenchJob>>(job.as_bytes()))]
+    job: Option<Box<BenchJob>>,
 }
 
 impl BenchArgs {
-    fn objects(&self) -> u32 {
-        self.objects.unwrap_or(match (self.suite, self.quick) {
-            (_, true) => 1000,
-            (true, _) => 100_000,
-            _ => 10_000,
-        })
-    }
-
-    fn lights(&self) -> u32 {
-        self.lights.unwrap_or(if self.quick { 100 } else { 1000 })
-    }
-
-    fn size(&self) -> (u32, u32) {
-        self.size.unwrap_or(if self.quick { (64, 36) } else { (1280, 720) })
-    }
-
-    fn frames(&self) -> u32 {
-        self.frames.unwrap_or(if self.quick { 5 } else { 120 })
-    }
-
-    fn warm_up(&self) -> u32 {
-        self.warm_up.unwrap_or(if self.quick { 2 } else { 10 })
-    }
-
-    fn seconds(&self) -> u32 {
-        self.seconds.unwrap_or(if self.suite { 10 } else { 40 })
-    }
-
     fn job(&self) -> BenchJob {
+        let by = |usual: u32, suite: u32, quick: u32| match (self.suite, self.quick) {
+            (_, true) => quick,
+            (true, _) => suite,
+            _ => usual,
+        };
         BenchJob {
             scene: self.scene.clone(),
             camera: self.camera.clone(),
             plan: GridPlan {
-                objects: self.objects(),
-                lights: self.lights(),
+                objects: self.objects.unwrap_or(by(10_000, 100_000, 1000)),
+                lights: self.lights.unwrap_or(by(1000, 1000, 100)),
                 moving: self.moving,
                 mesh: self.mesh.clone(),
                 view: self.view,
                 shadows: self.shadows.is_some_and(|most| most > 0),
             },
-            size: self.size(),
-            frames: self.frames(),
-            warm_up: self.warm_up(),
-            seconds: self.seconds(),
+            size: self.size.unwrap_or(if self.quick { (64, 36) } else { (1280, 720) }),
+            frames: self.frames.unwrap_or(by(120, 120, 5)),
+            warm_up: self.warm_up.unwrap_or(by(10, 10, 2)),
+            seconds: self.seconds.unwrap_or(by(40, 10, 10)),
             technique: self.technique,
             lights_policy: self.lights_policy,
             levels: self.levels,
@@ -180,7 +159,7 @@ impl BenchArgs {
             shadows: self.shadows,
             load: LoadOptions { compress: self.compress, watch: Some(progress::of_loading), ..LoadOptions::default() },
             samples: self.samples,
-            threads: self.threads.map(usize::from),
+            threads: self.threads.count(),
             floor: self.floor,
             picture: self.picture.clone(),
             trace: self.trace.clone(),
@@ -190,7 +169,7 @@ impl BenchArgs {
 
 pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
     let bar = progress::bar("{bar:40} {pos}/{len}  {msg}  {eta} left");
-    let job = args.job();
+    let job = args.job.as_deref().cloned().unwrap_or_else(|| args.job());
     let said = if let (true, Some(folder)) = (args.suite, &args.output) {
         let (earlier, quick) = (args.compare.clone(), args.quick);
         let suite = SuiteJob { most: job, folder: folder.clone(), earlier, quick };
@@ -207,7 +186,7 @@ pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
                 tracing::warn!("memory per object was not measured: {error}");
                 None
             });
-        if args.json { figures.json() } else { figures.to_string() }
+        if args.json { json_line(&figures) } else { figures.to_string() }
     };
     bar.finish_and_clear();
     Ok(say(said.trim_end())?)
@@ -216,36 +195,6 @@ pub fn run(args: &BenchArgs, process: &Process) -> Result<(), Failure> {
 /// This program again, to measure a grid in a process of its own.
 fn apart(job: &BenchJob, process: &Process) -> io::Result<Command> {
     let mut command = process.anew().ok_or_else(|| io::Error::other("no path of this program"))?;
-    command.args(["bench", "--json"]);
-    let mut add = |name: &str, value: &str| _ = command.arg(format!("--{name}={value}"));
-    let on_off = |on| name::of(&ON_OFF, on);
-    add("objects", &job.plan.objects.to_string());
-    add("lights", &job.plan.lights.to_string());
-    add("moving", &job.plan.moving.to_string());
-    add("view", name::of(&GridView::ALL, job.plan.view));
-    add("size", &format!("{}x{}", job.size.0, job.size.1));
-    add("mesh", &job.plan.mesh.name());
-    add("frames", &job.frames.to_string());
-    add("warm-up", &job.warm_up.to_string());
-    add("seconds", &job.seconds.to_string());
-    add("samples", &job.samples.to_string());
-    add("levels", on_off(job.levels.enabled));
-    add("compress", on_off(job.load.compress));
-    add("occlusion", name::of(&Occlusion::ALL, job.occlusion));
-    if let Some(most) = job.shadows {
-        add("shadows", &most.to_string());
-    }
-    if let Some(policy) = job.lights_policy {
-        add("lights-policy", policy.name());
-    }
-    if let Some(technique) = job.technique {
-        add("technique", technique.name());
-    }
-    if let Some(threads) = job.threads {
-        add("threads", &threads.to_string());
-    }
-    if job.floor {
-        command.arg("--floor");
-    }
+    command.args(["bench", "--json", "--job", &serde_json::to_string(job)?]);
     Ok(command)
 }

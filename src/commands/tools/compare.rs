@@ -1,8 +1,9 @@
 //! `relief compare`.
 
 use crate::commands::common::arguments;
-use crate::commands::common::failure::{Failure, say};
+use crate::commands::common::failure::Failure;
 use crate::commands::common::progress;
+use crate::commands::tools::frame_error::tell;
 use crate::tools::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
 use clap::Args;
 use std::path::PathBuf;
@@ -83,12 +84,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         bar.set_message(begun.to_owned());
     })?;
     bar.finish_and_clear();
-    if args.json {
-        say(&report.json())?;
-    } else {
-        say(&format!("{report}pictures: {}", args.output.display()))?;
-    }
-    Ok(())
+    tell(&report, args.json, &args.output)
 }
 
 fn parse_angle(text: &str) -> Result<f32, String> {

@@ -1,12 +1,14 @@
 //! Common parts of `relief lights` and `relief shadows`: the frame, and the report of its error.
 
-use crate::commands::common::arguments::{self, MOST_FRAMES};
+use crate::commands::common::arguments::{self, MOST_FRAMES, ThreadsArgs};
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::view;
 use crate::tools::frame_error::FrameErrorJob;
+use crate::tools::json_line;
 use clap::Args;
+use serde::Serialize;
 use std::fmt::Display;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use systems::assets::Technique;
 
 #[derive(Args)]
@@ -28,9 +30,8 @@ pub struct FrameErrorArgs {
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// Worker threads; the number does not change pictures [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
     /// Print one line of JSON instead of a table
     #[arg(long)]
     pub json: bool,
@@ -38,7 +39,7 @@ pub struct FrameErrorArgs {
 
 impl FrameErrorArgs {
     pub fn job(&self) -> FrameErrorJob {
-        systems::set_threads(self.threads.map(usize::from));
+        self.threads.set();
         FrameErrorJob {
             scene: self.scene.clone(),
             load: view::loading(),
@@ -50,13 +51,14 @@ impl FrameErrorArgs {
         }
     }
 
-    /// Prints the line of JSON, or the table and where the pictures are.
-    pub fn tell(&self, json: &str, table: &impl Display) -> Result<(), Failure> {
-        if self.json {
-            say(json)?
-        } else {
-            say(&format!("{table}pictures: {}", self.output.display()))?
-        }
-        Ok(())
+    /// Prints what was found.
+    pub fn tell(&self, report: &(impl Serialize + Display)) -> Result<(), Failure> {
+        tell(report, self.json, &self.output)
     }
+}
+
+/// Prints figures as a line of JSON, or as a table and where the pictures are.
+pub fn tell(report: &(impl Serialize + Display), json: bool, pictures: &Path) -> Result<(), Failure> {
+    let told = if json { json_line(report) } else { format!("{report}pictures: {}", pictures.display()) };
+    Ok(say(&told)?)
 }

@@ -20,5 +20,5 @@ docs/lights.md for the full definitions.";
 
 pub fn run(args: &FrameErrorArgs) -> Result<(), Failure> {
     let report = light_error::measure(&args.job())?;
-    args.tell(&report.json(), &report)
+    args.tell(&report)
 }

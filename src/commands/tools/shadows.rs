@@ -37,5 +37,5 @@ pub struct ShadowErrorArgs {
 
 pub fn run(args: &ShadowErrorArgs) -> Result<(), Failure> {
     let report = shadow_error::measure(&args.frame.job(), args.maps)?;
-    args.frame.tell(&report.json(), &report)
+    args.frame.tell(&report)
 }

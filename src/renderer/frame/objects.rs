@@ -44,19 +44,13 @@ impl Renderer {
         pass
     }
 
-    /// Tells if the passes of [`Technique::EmbossMultipass`] follow those over all objects.
-    fn has_emboss_passes(&self, view: &ViewState) -> bool {
-        self.draws_of(view).list.iter().any(|draw| is_embossed(view, draw.key))
-    }
-
     /// `behind`: what blended objects refract.
     fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, behind: Option<&SceneColorCopy>) {
         pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
-        let shadows = match view.pass.shadows() {
-            Shadows::None => None,
+        let shadows = view.pass.shadows().and_then(|shadows| match shadows {
             Shadows::Maps => self.own.shadow_maps.group(),
             Shadows::Traced => view.traced.as_ref(),
-        };
+        });
         if let Some(shadows) = shadows {
             pass.set_bind_group(3, shadows, &[]);
         }
@@ -128,8 +122,8 @@ impl Renderer {
             }
         };
         draw_runs(kind, &|_| true);
-        if !matches!(kind, Pass::Outputs(_)) && self.has_emboss_passes(view) {
-            view.emboss_passes().for_each(|step| draw_runs(step, &|key| is_embossed(view, key)));
+        if !matches!(kind, Pass::Outputs(_)) && list.iter().any(|draw| is_embossed(view, draw.key)) {
+            view.pass.emboss_passes().for_each(|step| draw_runs(step, &|key| is_embossed(view, key)));
         }
         (draws, calls)
     }

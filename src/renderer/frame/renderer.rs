@@ -10,6 +10,7 @@ use crate::renderer::gpu::cpu_rasterizer::CpuRasterizer;
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::timestamps::{PassTime, Timestamps};
+use crate::renderer::passes::pass::Shadows;
 use crate::renderer::passes::pipelines::{MissingPipelines, Pipelines};
 use crate::renderer::passes::targets::SceneColorCopy;
 use crate::renderer::plan::settings::DebugView;
@@ -207,18 +208,12 @@ impl Renderer {
         view: &mut ViewState,
         shadows: Option<&TracedShadows>,
     ) -> Result<(), RenderError> {
-        let Some(shadows) = shadows else {
-            view.set_traced(None);
-            return Ok(());
-        };
-        let buffer = shadows.upload(&self.gpu)?;
-        let device = &self.gpu.device;
-        let layout = self.pipelines.traced_layout(device, &self.assets.textures.layout);
-        view.set_traced(Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("traced shadows"),
-            layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
-        })));
+        let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
+        let group = shadows.map(|shadows| {
+            let layout = self.pipelines.shadows_layout(device, class_layout, Shadows::Traced);
+            shadows.group(device, layout)
+        });
+        view.set_traced(group.transpose()?);
         Ok(())
     }
 
@@ -318,7 +313,7 @@ impl Renderer {
         }
         let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
         let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
-        let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
+        let layout = self.pipelines.shadows_layout(device, class_layout, Shadows::Maps).clone();
         let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
         self.own.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
     }
@@ -372,7 +367,7 @@ impl Renderer {
                 for key in keys {
                     kinds.push((pass, key));
                     if key.technique == Technique::EmbossMultipass {
-                        kinds.extend(view.emboss_passes().map(|pass| (pass, key)));
+                        kinds.extend(view.pass.emboss_passes().map(|pass| (pass, key)));
                     }
                 }
             }

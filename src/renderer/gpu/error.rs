@@ -65,11 +65,11 @@ pub enum RenderError {
         /// Message of the device.
         reason: String,
     },
-    /// A camera as a sensor that has no picture.
-    #[error("sensor {sensor:?}: {reason}")]
-    Camera {
+    /// A view that there is no picture of.
+    #[error("{view}: {reason}")]
+    View {
         /// Its name.
-        sensor: String,
+        view: String,
         /// The field, and what is wrong with it.
         reason: String,
     },

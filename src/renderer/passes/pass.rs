@@ -16,22 +16,19 @@ pub(crate) enum Pass {
         debug: DebugView,
         samples: u32,
         specular_aa: bool,
-        shadows: Shadows,
+        shadows: Option<Shadows>,
         /// Outputs written beside the colour.
         beside: Attached,
+        /// One of the passes of [`Technique::EmbossMultipass`], over what the pass without it drew.
+        emboss: Option<EmbossPass>,
     },
-    /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
-    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32, shadows: Shadows },
     /// Outputs without colour.
     Outputs(Attached),
 }
 
-/// Source of a light's visibility at a pixel.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+/// Source of a light's visibility at a pixel; without one, all of it is visible.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Shadows {
-    /// All of it.
-    #[default]
-    None,
     /// Shadow maps.
     Maps,
     /// Rays.
@@ -75,26 +72,33 @@ impl Attached {
 impl Pass {
     pub fn samples(self) -> u32 {
         match self {
-            Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
+            Self::Color { samples, .. } => samples,
             Self::Outputs(_) => 1,
         }
     }
 
-    pub fn shadows(self) -> Shadows {
+    pub fn shadows(self) -> Option<Shadows> {
         match self {
-            Self::Color { shadows, .. } | Self::Emboss { shadows, .. } => shadows,
-            Self::Outputs(_) => Shadows::None,
+            Self::Color { shadows, .. } => shadows,
+            Self::Outputs(_) => None,
         }
+    }
+
+    /// The passes of [`Technique::EmbossMultipass`] that follow on it.
+    pub fn emboss_passes(self) -> impl Iterator<Item = Self> {
+        EmbossPass::all().filter_map(move |step| match self {
+            Self::Color { lights, debug, samples, shadows, .. } => {
+                let (beside, emboss) = (Attached::default(), Some(step));
+                Some(Self::Color { lights, debug, samples, specular_aa: false, shadows, beside, emboss })
+            }
+            Self::Outputs(_) => None,
+        })
     }
 
     /// The technique that objects of a technique are drawn with in this pass.
     pub fn technique(self, technique: Technique, alpha: AlphaMode, shading: Shading) -> Technique {
         // Passes add up over what is opaque.
-        let passes = match self {
-            Self::Color { debug, .. } => debug == DebugView::Off,
-            Self::Emboss { .. } => true,
-            Self::Outputs(_) => false,
-        };
+        let passes = matches!(self, Self::Color { debug: DebugView::Off, .. });
         match technique {
             Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend || shading == Shading::Unlit => {
                 Technique::Emboss
@@ -107,7 +111,7 @@ impl Pass {
     pub fn entry_points(self, key: PipelineKey) -> (&'static str, &'static str) {
         let technique = key.technique;
         match self {
-            Self::Emboss { .. } => ("vs_main", "fs_emboss"),
+            Self::Color { emboss: Some(_), .. } => ("vs_main", "fs_emboss"),
             Self::Outputs(_) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
             Self::Outputs(_) => ("vs_main", "fs_outputs"),
             Self::Color { .. } => match (technique, self.writes_outputs(key)) {
@@ -132,7 +136,7 @@ impl Pass {
         let (all, none) = (wgpu::ColorWrites::ALL, wgpu::ColorWrites::empty());
         match self {
             Self::Outputs(attached) => attached.targets(all).to_vec(),
-            Self::Emboss { pass, .. } => vec![Some(pass.target())],
+            Self::Color { emboss: Some(step), .. } => vec![Some(step.target())],
             Self::Color { beside, .. } => {
                 let blend = (key.alpha == AlphaMode::Blend).then_some(wgpu::BlendState::ALPHA_BLENDING);
                 let color = wgpu::ColorTargetState { format: HDR_FORMAT, blend, write_mask: all };
@@ -145,7 +149,7 @@ impl Pass {
     pub fn sky(self) -> SkyKey {
         let beside = match self {
             Self::Color { beside, .. } => beside,
-            Self::Emboss { .. } | Self::Outputs(_) => Attached::default(),
+            Self::Outputs(_) => Attached::default(),
         };
         SkyKey { samples: self.samples(), beside }
     }

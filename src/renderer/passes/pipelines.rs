@@ -1,5 +1,6 @@
 //! Pipelines: one forward shader, specialised by override constants, made when a batch first needs it.
 
+use super::emboss::EmbossPass;
 use super::pass::{Pass, Shadows, SkyKey};
 use crate::renderer::gpu::formats::{DEPTH_FORMAT, HDR_FORMAT};
 use crate::renderer::gpu::shaders;
@@ -19,21 +20,6 @@ pub(crate) type MissingPipelines = JoinHandle<Vec<((Pass, PipelineKey), wgpu::Re
 struct Forward {
     module: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
-}
-
-impl Forward {
-    /// A variant of the shader that reads a group 3 beside the three that all have.
-    fn with_group(
-        device: &wgpu::Device,
-        label: &str,
-        source: &'static str,
-        layouts: [&wgpu::BindGroupLayout; 3],
-        group: &wgpu::BindGroupLayout,
-    ) -> Self {
-        let [frame, class, scene_color] = layouts;
-        let groups = [frame, class, scene_color, group].map(Some);
-        Self { module: shader_module(device, label, source), layout: pipeline_layout(device, label, &groups) }
-    }
 }
 
 /// Source texture of a tone map, by its binding in shaders/tonemap.wgsl.
@@ -66,10 +52,8 @@ pub(crate) struct Pipelines {
     /// Group 0 of the tone map, by [`ToneMapSource`].
     tone_map_layouts: [wgpu::BindGroupLayout; 3],
     forward: Forward,
-    /// The same with shadow maps, and group 3 of it; made when a view first asks for it.
-    shadowed: Option<(Forward, wgpu::BindGroupLayout)>,
-    /// The same with shadows that rays found, and group 3 of it; made when a view first asks for it.
-    traced: Option<(Forward, wgpu::BindGroupLayout)>,
+    /// The same with shadows, and group 3 of it; made when a view first asks for it.
+    with_shadows: BTreeMap<Shadows, (Forward, wgpu::BindGroupLayout)>,
     sky: wgpu::ShaderModule,
     tone_map: wgpu::ShaderModule,
     sky_layout: wgpu::PipelineLayout,
@@ -110,8 +94,7 @@ impl Pipelines {
                 module: module("forward.wgsl", shaders::FORWARD),
                 layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&scene_color_layout)]),
             },
-            shadowed: None,
-            traced: None,
+            with_shadows: BTreeMap::new(),
             sky: module("sky.wgsl", shaders::SKY),
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
             sky_layout: layout("sky", &[Some(&frame_layout)]),
@@ -126,46 +109,22 @@ impl Pipelines {
     }
 
     /// Group 3 of objects that receive shadows.
-    pub fn shadowed_layout(
+    pub fn shadows_layout(
         &mut self,
         device: &wgpu::Device,
         class_layout: &wgpu::BindGroupLayout,
+        shadows: Shadows,
     ) -> &wgpu::BindGroupLayout {
-        let layouts = [&self.frame_layout, class_layout, &self.scene_color_layout];
         let make = || {
-            let group = maps_layout(device);
-            (Forward::with_group(device, "forward with shadow maps", shaders::FORWARD_SHADOWED, layouts, &group), group)
+            let (label, source, group) = match shadows {
+                Shadows::Maps => ("forward with shadow maps", shaders::FORWARD_SHADOWED, maps_layout(device)),
+                Shadows::Traced => ("forward with traced shadows", shaders::FORWARD_TRACED, traced_layout(device)),
+            };
+            let groups = [&self.frame_layout, class_layout, &self.scene_color_layout, &group].map(Some);
+            let layout = pipeline_layout(device, label, &groups);
+            (Forward { module: shader_module(device, label, source), layout }, group)
         };
-        &self.shadowed.get_or_insert_with(make).1
-    }
-
-    /// Group 3 of objects with shadows that rays found: one storage buffer.
-    pub fn traced_layout(
-        &mut self,
-        device: &wgpu::Device,
-        class_layout: &wgpu::BindGroupLayout,
-    ) -> &wgpu::BindGroupLayout {
-        let layouts = [&self.frame_layout, class_layout, &self.scene_color_layout];
-        let make = || {
-            let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some("traced shadows"),
-                entries: &[wgpu::BindGroupLayoutEntry {
-                    binding: 0,
-                    visibility: wgpu::ShaderStages::FRAGMENT,
-                    ty: wgpu::BindingType::Buffer {
-                        ty: wgpu::BufferBindingType::Storage { read_only: true },
-                        has_dynamic_offset: false,
-                        min_binding_size: None,
-                    },
-                    count: None,
-                }],
-            });
-            (
-                Forward::with_group(device, "forward with traced shadows", shaders::FORWARD_TRACED, layouts, &group),
-                group,
-            )
-        };
-        &self.traced.get_or_insert_with(make).1
+        &self.with_shadows.entry(shadows).or_insert_with(make).1
     }
 
     /// The pipeline that [`Self::start_objects`] began to make.
@@ -204,18 +163,14 @@ impl Pipelines {
     }
 
     fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
-        let with_shadows = match pass.shadows() {
-            Shadows::None => None,
-            Shadows::Maps => self.shadowed.as_ref(),
-            Shadows::Traced => self.traced.as_ref(),
-        };
+        let with_shadows = pass.shadows().and_then(|shadows| self.with_shadows.get(&shadows));
         let Forward { module, layout } = with_shadows.map_or(&self.forward, |(forward, _)| forward);
         let constants = object_constants(pass, key);
         let blend = key.alpha == AlphaMode::Blend && !matches!(pass, Pass::Outputs(_));
         let targets = pass.targets(key);
         let (vertex_entry, fragment_entry) = pass.entry_points(key);
         let depth = match pass {
-            Pass::Emboss { .. } => depth_state(false, wgpu::CompareFunction::Equal),
+            Pass::Color { emboss: Some(_), .. } => depth_state(false, wgpu::CompareFunction::Equal),
             Pass::Color { .. } | Pass::Outputs(_) => depth_state(!blend, wgpu::CompareFunction::Greater),
         };
         let compilation_options =
@@ -295,18 +250,11 @@ impl Pipelines {
 
 /// Override constants of the forward shader in a pass, for objects of one pipeline.
 pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 19] {
-    let (debug, specular_aa) = match pass {
-        Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),
-        Pass::Emboss { .. } | Pass::Outputs(_) => (DebugView::Off, false),
+    let (lights, debug, specular_aa, emboss) = match pass {
+        Pass::Color { lights, debug, specular_aa, emboss, .. } => (lights, debug, specular_aa, emboss),
+        Pass::Outputs(_) => (LightFeatures::default(), DebugView::Off, false, None),
     };
-    let lights = match pass {
-        Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
-        Pass::Outputs(_) => LightFeatures::default(),
-    };
-    let (emboss_step, emboss_light) = match pass {
-        Pass::Emboss { pass, .. } => pass.constants(),
-        Pass::Color { .. } | Pass::Outputs(_) => (0, 0),
-    };
+    let (emboss_step, emboss_light) = emboss.map_or((0, 0), EmbossPass::constants);
     [
         ("TECHNIQUE", f64::from(key.technique as u32)),
         ("SHADING", f64::from(key.shading as u32)),
@@ -378,6 +326,20 @@ fn maps_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("shadow maps"),
         entries: &[entry(0, texture), entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering))],
+    })
+}
+
+/// Group 3 of objects with shadows that rays found: one storage buffer.
+fn traced_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let ty = wgpu::BufferBindingType::Storage { read_only: true };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("traced shadows"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        }],
     })
 }
 

@@ -4,13 +4,12 @@
 //! normals and ids in a second pass of one sample per pixel: they have no mean.
 
 use super::view_state::ViewState;
-use crate::renderer::passes::emboss::EmbossPass;
 use crate::renderer::passes::pass::{Attached, Pass, Shadows};
 use crate::renderer::passes::targets::SceneColorCopy;
 use crate::renderer::plan::output_set::OutputSet;
 use crate::renderer::plan::settings::{DebugView, Settings};
 use systems::assets::Technique;
-use systems::draw::{Batch, BatchKey, DrawList, LightFeatures, PipelineKey};
+use systems::draw::{Batch, BatchKey, DrawList, PipelineKey};
 
 impl ViewState {
     /// Chooses the pass that it draws, before its objects and shadows are prepared.
@@ -24,11 +23,7 @@ impl ViewState {
             && settings.shadow_maps > 0
             && settings.outputs.is_shaded()
             && matches!(settings.debug, DebugView::Off | DebugView::Visibility);
-        let shadows = match (&self.traced, has_maps) {
-            (Some(_), _) => Shadows::Traced,
-            (None, true) => Shadows::Maps,
-            (None, false) => Shadows::None,
-        };
+        let shadows = self.traced.as_ref().map(|_| Shadows::Traced).or(has_maps.then_some(Shadows::Maps));
         let pass = |beside| Pass::Color {
             lights: list.light_features,
             debug: settings.debug,
@@ -36,6 +31,7 @@ impl ViewState {
             specular_aa: settings.specular_aa,
             shadows,
             beside,
+            emboss: None,
         };
         self.pass = pass(Attached::default());
         let adds_up = self.adds_up(list);
@@ -58,17 +54,6 @@ impl ViewState {
         let technique = self.technique.unwrap_or(key.pipeline.technique);
         let PipelineKey { alpha, shading, .. } = key.pipeline;
         PipelineKey { technique: pass.technique(technique, alpha, shading), ..key.pipeline }
-    }
-
-    /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.
-    pub(crate) fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
-        let (lights, samples, shadows) = match self.pass {
-            Pass::Color { lights, samples, shadows, .. } | Pass::Emboss { lights, samples, shadows, .. } => {
-                (lights, samples, shadows)
-            }
-            Pass::Outputs(_) => (LightFeatures::default(), 1, Shadows::None),
-        };
-        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples, shadows })
     }
 
     /// Tells if [`Settings::outputs`] are drawn in the picture's own pass, which has one sample per pixel then.

@@ -209,7 +209,7 @@ impl ViewState {
 
     /// Finds the lights that have a shadow map in this view, if it or they changed.
     pub(crate) fn rank_shadows(&mut self, frame: &FrameData<'_>, plan: &ViewPlan) {
-        let lights = frame.shadows.filter(|_| matches!(self.pass.shadows(), Shadows::Maps));
+        let lights = frame.shadows.filter(|_| self.pass.shadows() == Some(Shadows::Maps));
         let Some(lights) = lights.map(|scene| scene.lights()) else {
             (self.ranked, self.ranked_for) = (Vec::new(), None);
             return;
@@ -225,7 +225,7 @@ impl ViewState {
 
     /// Request for shadow maps; `None` if its pass reads none.
     pub(crate) fn shadowed<'a>(&'a self, plan: &'a ViewPlan) -> Option<ShadowedView<'a>> {
-        let has_maps = matches!(self.pass.shadows(), Shadows::Maps);
+        let has_maps = self.pass.shadows() == Some(Shadows::Maps);
         has_maps.then(|| ShadowedView { ranked: &self.ranked, plan })
     }
 

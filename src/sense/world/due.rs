@@ -88,7 +88,7 @@ impl Due {
         let SensorKind::Camera(camera) = &self.sensor.kind else { return Ok(None) };
         let checked =
             camera.check_light().map_err(|fault| fault.to_string()).and_then(|()| lenses.of(self.entity, camera));
-        let map = checked.map_err(|reason| RenderError::Camera { sensor: self.name.clone(), reason })?;
+        let map = checked.map_err(|reason| RenderError::View { view: format!("sensor {:?}", self.name), reason })?;
         Ok(Some(CameraPlan::new(camera, &self.world_from_entity, settings, map)))
     }
 }

@@ -5,10 +5,12 @@
 //! with (docs/benchmarks.md), down to the random numbers.
 
 use super::maps;
-use crate::import::{self, ImportError};
+use crate::import;
 use crate::name::named;
+use crate::tools::error::ToolError;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -24,7 +26,7 @@ const SPACING: f32 = 3.0;
 const SIZE: f32 = 1.5;
 
 /// The mesh of all objects.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub enum GridMesh {
     /// 24 vertices, 12 triangles.
     #[default]
@@ -64,7 +66,7 @@ impl FromStr for GridMesh {
 
 named! {
     /// Place of the camera.
-    #[derive(Default)]
+    #[derive(Default, Serialize, Deserialize)]
     pub enum GridView {
         /// Outside and above, with the whole grid in view
         #[default]
@@ -75,7 +77,7 @@ named! {
 }
 
 /// Contents of a yard.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct GridPlan {
     /// At least 1.
     pub objects: u32,
@@ -89,17 +91,6 @@ pub struct GridPlan {
     pub view: GridView,
     /// Lights cast shadows.
     pub shadows: bool,
-}
-
-/// A mesh that cannot be had.
-#[derive(Debug, thiserror::Error)]
-pub enum GridError {
-    /// The model.
-    #[error(transparent)]
-    Model(#[from] ImportError),
-    /// A model without any.
-    #[error("{}: no triangles", .0.display())]
-    NoMesh(PathBuf),
 }
 
 /// A world to measure.
@@ -148,8 +139,8 @@ impl Grid {
     /// The world of a plan: [`Self::empty`], filled.
     ///
     /// # Errors
-    /// [`GridError`] where the model cannot be read or is empty.
-    pub fn new(plan: &GridPlan) -> Result<Self, GridError> {
+    /// [`ToolError`] where the model cannot be read or is empty.
+    pub fn new(plan: &GridPlan) -> Result<Self, ToolError> {
         let (mut yard, kit) = Self::empty(plan)?;
         yard.fill(plan, &kit);
         Ok(yard)
@@ -158,8 +149,8 @@ impl Grid {
     /// A world with the mesh and the materials, a camera, and nothing to see yet.
     ///
     /// # Errors
-    /// [`GridError`] where the model cannot be read or is empty.
-    pub fn empty(plan: &GridPlan) -> Result<(Self, GridKit), GridError> {
+    /// [`ToolError`] where the model cannot be read or is empty.
+    pub fn empty(plan: &GridPlan) -> Result<(Self, GridKit), ToolError> {
         let mut simulation = Simulation::new();
         let mesh = yard_mesh(&plan.mesh)?;
         let world = &mut simulation.world;
@@ -244,7 +235,7 @@ fn moves(index: u32, fraction: f32) -> bool {
     before(index + 1) > before(index)
 }
 
-fn yard_mesh(mesh: &GridMesh) -> Result<Mesh, GridError> {
+fn yard_mesh(mesh: &GridMesh) -> Result<Mesh, ToolError> {
     match mesh {
         GridMesh::Cube => Ok(shapes::cube(Vec3::splat(SIZE))),
         GridMesh::Sphere => Ok(shapes::sphere(SIZE / 2.0, 32, 17)),
@@ -254,7 +245,7 @@ fn yard_mesh(mesh: &GridMesh) -> Result<Mesh, GridError> {
             import::load_model(path, &mut library)?;
             let meshes = library.meshes().map(|(_, entry)| &entry.mesh);
             let largest = meshes.max_by_key(|mesh| mesh.triangle_count()).filter(|mesh| mesh.triangle_count() > 0);
-            largest.map(fitted).ok_or_else(|| GridError::NoMesh(path.clone()))
+            largest.map(fitted).ok_or_else(|| ToolError::NoMesh(path.clone()))
         }
     }
 }

@@ -3,13 +3,14 @@
 use super::grid::GridPlan;
 use crate::frames::LoadOptions;
 use crate::renderer::Occlusion;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::lights::LightPolicy;
 
 /// One scene to measure, and how.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BenchJob {
     /// A scene file or model, whose clock makes a step before every frame; `None`: the grid of [`Self::plan`].
     pub scene: Option<PathBuf>,

@@ -128,11 +128,6 @@ impl Measurement {
     pub fn moving_percent(&self) -> f64 {
         (f64::from(self.moving) * 1e4).round() / 1e2
     }
-
-    /// One line.
-    pub fn json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_default()
-    }
 }
 
 impl fmt::Display for Measurement {

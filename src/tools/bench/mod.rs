@@ -27,11 +27,11 @@ mod suite;
 mod sweeps;
 mod trace;
 
-pub use grid::{Grid, GridError, GridKit, GridMesh, GridPlan, GridView};
+pub use grid::{Grid, GridKit, GridMesh, GridPlan, GridView};
 pub use job::{BenchJob, SuiteJob};
 pub use machine::{Build, memory_mb, peak_memory_mb};
 pub use measurement::{Measurement, Spread};
 pub use night_lights::{Movers, NightLights};
-pub use run::{BenchError, run};
+pub use run::run;
 pub use separate_process::{Launch, bytes_per_object};
 pub use suite::run_suite;

@@ -3,10 +3,11 @@
 use super::grid::GridView;
 use super::measurement::Measurement;
 use super::plot::{Chart, Series, count};
-use super::run::BenchError;
 use super::separate_process::Scene;
 use super::sweeps::{Axis, Sweep};
 use crate::name;
+use crate::tools::error::ToolError;
+use crate::tools::json_line;
 use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;
@@ -29,8 +30,8 @@ pub(super) struct Earlier {
 
 impl Earlier {
     /// Reads a `results.jsonl`.
-    pub fn read(path: &Path) -> Result<Self, BenchError> {
-        let refuse = |place: String, message: String| BenchError::Compare { path: path.to_owned(), place, message };
+    pub fn read(path: &Path) -> Result<Self, ToolError> {
+        let refuse = |place: String, message: String| ToolError::Results { path: path.to_owned(), place, message };
         let mut text = String::new();
         let read = File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_string(&mut text));
         read.map_err(|error| refuse("the file".into(), error.to_string()))?;
@@ -76,14 +77,14 @@ impl<'a> Report<'a> {
     }
 
     /// Names and contents.
-    pub fn files(&self) -> Result<Vec<(&'static str, String)>, BenchError> {
+    pub fn files(&self) -> Result<Vec<(&'static str, String)>, ToolError> {
         let mut lines = String::new();
         self.results.iter().for_each(|result| {
-            let _ = writeln!(lines, "{}", result.json());
+            let _ = writeln!(lines, "{}", json_line(result));
         });
         let mut files = vec![(RESULTS, lines)];
         for (axis, file, ..) in CHARTS {
-            files.push((file, self.chart(axis).svg().map_err(|message| BenchError::Plot { file, message })?));
+            files.push((file, self.chart(axis).svg().map_err(|message| ToolError::Plot { file, message })?));
         }
         files.push(("report.md", self.page()));
         Ok(files)
@@ -302,8 +303,8 @@ mod tests {
     #[test]
     fn lines_that_do_not_say_so_kept_colours_linear() {
         let now = figures(1.0, 1.0);
-        let line = now.json().replace("\"hdr\":false,", "");
-        assert_ne!(line, now.json());
+        let line = json_line(&now).replace("\"hdr\":false,", "");
+        assert_ne!(line, json_line(&now));
         let before: Measurement = serde_json::from_slice(line.as_bytes()).expect("an earlier line");
         assert!(!same_scene(&now, &before));
         assert!(same_scene(&Measurement { hdr: true, ..now }, &before));

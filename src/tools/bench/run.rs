@@ -4,72 +4,27 @@
 
 use super::floor::Floor;
 use super::frame_cost::{FrameCost, milliseconds};
-use super::grid::{Grid, GridError, GridMesh, GridView};
+use super::grid::{Grid, GridMesh, GridView};
 use super::job::BenchJob;
 use super::machine::{Build, peak_memory_mb};
 use super::measurement::{Measurement, Spread};
 use super::subject::Subject;
 use super::trace::chrome_trace;
-use crate::frames::{self, FrameError};
+use crate::frames;
 use crate::import::compress::compress_images;
 use crate::name;
 use crate::output;
 use crate::recording::RecordingError;
 use crate::renderer::{Gpu, GpuError, Occlusion, PICTURE_FORMAT, RenderError, Settings, SingleView, texture};
+use crate::tools::error::ToolError;
 use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use systems::assets::Library;
 use systems::assets::texture_memory;
 use systems::draw::View;
 use systems::ecs::stats::{FrameStats, Stage};
 use systems::lights::{LightPolicies, LightPolicy};
-
-/// Errors of a benchmark.
-#[derive(Debug, thiserror::Error)]
-pub enum BenchError {
-    /// The scene.
-    #[error(transparent)]
-    Grid(#[from] GridError),
-    /// An error in drawing it, or in writing files.
-    #[error(transparent)]
-    Frame(FrameError),
-    /// Earlier results that cannot be compared with.
-    #[error("{}: {place}: {message}", path.display())]
-    Compare {
-        /// The file.
-        path: PathBuf,
-        /// Place in the file.
-        place: String,
-        /// Description of the problem.
-        message: String,
-    },
-    /// A scene could not be measured in a process of its own.
-    #[error("{what}: {message}")]
-    SeparateProcess {
-        /// The scene.
-        what: String,
-        /// Message of the process that measured it.
-        message: String,
-        /// Its exit code.
-        code: u8,
-    },
-    /// A chart could not be drawn.
-    #[error("{file}: {message}")]
-    Plot {
-        /// Its file.
-        file: &'static str,
-        /// Description of the problem.
-        message: String,
-    },
-}
-
-impl<E: Into<FrameError>> From<E> for BenchError {
-    fn from(error: E) -> Self {
-        Self::Frame(error.into())
-    }
-}
 
 /// Draws a world into a texture.
 struct Bench {
@@ -86,8 +41,8 @@ struct Bench {
 /// each frame with how many are done and how many there will be at the most.
 ///
 /// # Errors
-/// [`BenchError`].
-pub fn run(job: &BenchJob, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
+/// [`ToolError`].
+pub fn run(job: &BenchJob, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, ToolError> {
     systems::set_threads(job.threads);
     for file in job.picture.iter().chain(&job.trace) {
         output::check_file(file)?;
@@ -164,7 +119,7 @@ fn open() -> Result<SingleView, GpuError> {
 }
 
 impl Bench {
-    fn new(job: &BenchJob, start: &mut Start) -> Result<Self, BenchError> {
+    fn new(job: &BenchJob, start: &mut Start) -> Result<Self, ToolError> {
         // The driver takes its time to start; the world is made meanwhile.
         let opening = std::thread::spawn(open);
         let opened = || opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -221,7 +176,7 @@ impl Bench {
     }
 
     /// Moves what moves, draws, and waits for the GPU.
-    fn draw(&mut self) -> Result<FrameCost, BenchError> {
+    fn draw(&mut self) -> Result<FrameCost, ToolError> {
         let mut clock = Instant::now();
         let at = clock - self.started;
         let mut lap = || {

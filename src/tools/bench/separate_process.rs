@@ -4,13 +4,13 @@
 use super::grid::{GridPlan, GridView};
 use super::job::BenchJob;
 use super::measurement::Measurement;
-use super::run::BenchError;
 use crate::name;
 use crate::renderer::Occlusion;
+use crate::tools::error::ToolError;
 use std::io;
 use std::process::Command;
 
-/// Makes the command that measures a grid in a process of its own. It prints [`Measurement::json`], or `error: ` and
+/// Makes the command that measures a grid in a process of its own. It prints the [`Measurement`] as a line of JSON, or `error: ` and
 /// why not.
 pub type Launch<'a> = &'a dyn Fn(&BenchJob) -> io::Result<Command>;
 
@@ -38,8 +38,8 @@ impl Scene {
 /// one's own, a single object, and where the system does not say.
 ///
 /// # Errors
-/// [`BenchError`].
-pub fn bytes_per_object(job: &BenchJob, measured: &Measurement, launch: Launch) -> Result<Option<f64>, BenchError> {
+/// [`ToolError`].
+pub fn bytes_per_object(job: &BenchJob, measured: &Measurement, launch: Launch) -> Result<Option<f64>, ToolError> {
     let (objects, Some(peak)) = (measured.objects, measured.rss_mb) else { return Ok(None) };
     if job.scene.is_some() || objects < 2 {
         return Ok(None);
@@ -58,12 +58,13 @@ pub(super) fn measure_apart(
     scene: &Scene,
     what: &str,
     launch: Launch,
-) -> Result<Measurement, BenchError> {
-    let failed = |code, message: String| BenchError::SeparateProcess { what: what.to_owned(), message, code };
+) -> Result<Measurement, ToolError> {
+    let failed = |code, message: String| ToolError::SeparateProcess { what: what.to_owned(), message, code };
     let Scene { objects, lights, moving, view, size } = *scene;
     let (mesh, shadows) = (job.plan.mesh.clone(), job.plan.shadows);
     let plan = GridPlan { objects, lights, moving, view, mesh, shadows };
-    let output = launch(&BenchJob { plan, size, ..job.clone() }).and_then(|mut command| command.output());
+    let alone = BenchJob { plan, size, picture: None, trace: None, ..job.clone() };
+    let output = launch(&alone).and_then(|mut command| command.output());
     let output = output.map_err(|error| failed(1, error.to_string()))?;
     if !output.status.success() {
         let message = String::from_utf8_lossy(&output.stderr);

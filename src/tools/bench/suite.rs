@@ -5,23 +5,23 @@
 
 use super::job::SuiteJob;
 use super::report::{self, Earlier};
-use super::run::BenchError;
 use super::separate_process::{Launch, Scene, measure_apart};
 use super::sweeps::sweeps;
 use crate::frames;
 use crate::output;
+use crate::tools::error::ToolError;
 
 /// Measures every scene of the sweeps and writes results, report and plots into the folder. `progress` is called before
 /// each scene with how many are done, how many there are, and which it is. Returns what got slower than in the file
 /// that was compared with, in words.
 ///
 /// # Errors
-/// [`BenchError`]; nothing is written then.
+/// [`ToolError`]; nothing is written then.
 pub fn run_suite(
     suite: &SuiteJob,
     launch: Launch,
     mut progress: impl FnMut(usize, usize, &str),
-) -> Result<Vec<String>, BenchError> {
+) -> Result<Vec<String>, ToolError> {
     // What can be refused is refused before minutes of measuring.
     let earlier = suite.earlier.as_deref().map(Earlier::read).transpose()?;
     let results = suite.folder.join(report::RESULTS);

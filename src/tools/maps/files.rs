@@ -7,8 +7,9 @@ use super::{MapError, Raster};
 use crate::import;
 use crate::name::named;
 use crate::output::{self, OutputError};
+use bytemuck::cast_slice;
 use glam::Vec3;
-use image::{DynamicImage, ImageBuffer, ImageFormat};
+use image::{DynamicImage, ImageBuffer, ImageFormat, Pixel};
 use std::io::Cursor;
 use std::path::Path;
 use systems::assets::color::linear_from_srgb;
@@ -132,17 +133,10 @@ fn read_as_is(path: &Path) -> Result<(Raster, bool), MapError> {
     let (width, height) = (pixels.width() as usize, pixels.height() as usize);
     let is_float = matches!(pixels, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let channels = usize::from(pixels.color().channel_count());
-    let values = match pixels {
-        DynamicImage::ImageLuma8(_)
-        | DynamicImage::ImageLumaA8(_)
-        | DynamicImage::ImageRgb8(_)
-        | DynamicImage::ImageRgba8(_) => pixels.as_bytes().iter().map(|&v| f32::from(v) / 255.0).collect(),
-        DynamicImage::ImageLuma16(image) => from_u16(image.as_raw()),
-        DynamicImage::ImageLumaA16(image) => from_u16(image.as_raw()),
-        DynamicImage::ImageRgb16(image) => from_u16(image.as_raw()),
-        DynamicImage::ImageRgba16(image) => from_u16(image.as_raw()),
-        DynamicImage::ImageRgb32F(image) => image.into_raw(),
-        other => other.into_rgba32f().into_raw(),
+    let values = match usize::from(pixels.color().bytes_per_pixel()) / channels {
+        1 => pixels.as_bytes().iter().map(|&v| f32::from(v) / 255.0).collect(),
+        2 => cast_slice::<u8, u16>(pixels.as_bytes()).iter().map(|&v| f32::from(v) / 65535.0).collect(),
+        _ => cast_slice(pixels.as_bytes()).to_vec(),
     };
     let raster = Raster { width, height, channels, values };
     if let Some(index) = raster.values.iter().position(|value| !value.is_finite()) {
@@ -150,10 +144,6 @@ fn read_as_is(path: &Path) -> Result<(Raster, bool), MapError> {
         return Err(MapError::refused(path, format!("expected finite numbers; texel ({x}, {y}) has another")));
     }
     Ok((raster, is_float))
-}
-
-fn from_u16(values: &[u16]) -> Vec<f32> {
-    values.iter().map(|&v| f32::from(v) / 65535.0).collect()
 }
 
 fn rgb(texel: &[f32]) -> [f32; 3] {
@@ -192,22 +182,21 @@ fn quantized(value: f32, largest: f32) -> f32 {
 }
 
 fn integers(map: &Raster, bits: Bits) -> DynamicImage {
-    let (width, height) = (map.width as u32, map.height as u32);
     let image = match bits {
         Bits::Eight => {
             let values = map.values.iter().map(|&v| quantized(v, 255.0) as u8).collect();
             match map.channels {
-                1 => ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageLuma8),
-                3 => ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageRgb8),
-                _ => ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageRgba8),
+                1 => buffer(map, values).map(DynamicImage::ImageLuma8),
+                3 => buffer(map, values).map(DynamicImage::ImageRgb8),
+                _ => buffer(map, values).map(DynamicImage::ImageRgba8),
             }
         }
         Bits::Sixteen => {
             let values = map.values.iter().map(|&v| quantized(v, 65535.0) as u16).collect();
             match map.channels {
-                1 => ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageLuma16),
-                3 => ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageRgb16),
-                _ => ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageRgba16),
+                1 => buffer(map, values).map(DynamicImage::ImageLuma16),
+                3 => buffer(map, values).map(DynamicImage::ImageRgb16),
+                _ => buffer(map, values).map(DynamicImage::ImageRgba16),
             }
         }
     };
@@ -216,14 +205,14 @@ fn integers(map: &Raster, bits: Bits) -> DynamicImage {
 
 /// OpenEXR as it is written here has red, green and blue: grey is in all three.
 fn floats(map: &Raster) -> DynamicImage {
-    let (width, height) = (map.width as u32, map.height as u32);
     let image = match map.channels {
-        1 => {
-            let values = map.values.iter().flat_map(|&v| [v; 3]).collect();
-            ImageBuffer::from_raw(width, height, values).map(DynamicImage::ImageRgb32F)
-        }
-        3 => ImageBuffer::from_raw(width, height, map.values.clone()).map(DynamicImage::ImageRgb32F),
-        _ => ImageBuffer::from_raw(width, height, map.values.clone()).map(DynamicImage::ImageRgba32F),
+        1 => buffer(map, map.values.iter().flat_map(|&v| [v; 3]).collect()).map(DynamicImage::ImageRgb32F),
+        3 => buffer(map, map.values.clone()).map(DynamicImage::ImageRgb32F),
+        _ => buffer(map, map.values.clone()).map(DynamicImage::ImageRgba32F),
     };
     image.unwrap_or_default()
+}
+
+fn buffer<P: Pixel>(map: &Raster, values: Vec<P::Subpixel>) -> Option<ImageBuffer<P, Vec<P::Subpixel>>> {
+    ImageBuffer::from_raw(map.width as u32, map.height as u32, values)
 }

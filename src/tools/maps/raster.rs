@@ -4,6 +4,7 @@ use crate::name::named;
 use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
+use systems::assets::{Image, ImageKind};
 
 /// Callback for the progress of a tool: rows or lines finished, and their total. Any thread may call it.
 pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -30,9 +31,33 @@ impl Edges {
     }
 }
 
-fn thread_count() -> usize {
-    let cores = || thread::available_parallelism().map_or(1, usize::from);
-    ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num())
+/// Works on all items, each by one of the threads, the first first. `done(n)` is told how many are finished. Returns
+/// what the items gave, in no order.
+pub(super) fn share_out<T: Send, R: Send>(
+    items: impl Iterator<Item = T> + Send,
+    threads: usize,
+    work: impl Fn(T) -> R + Sync,
+    done: &(dyn Fn(usize) + Sync),
+) -> Vec<R> {
+    let items = Mutex::new(items);
+    let results = Mutex::new(Vec::new());
+    let next = || items.lock().ok().and_then(|mut items| items.next());
+    let run = || {
+        while let Some(item) = next() {
+            let result = work(item);
+            if let Ok(mut results) = results.lock() {
+                results.push(result);
+                done(results.len());
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(run);
+        }
+        run();
+    });
+    results.into_inner().unwrap_or_default()
 }
 
 /// Texels of `channels` floats each, top left first, rows one after the other.
@@ -63,25 +88,22 @@ impl Raster {
         done: &(dyn Fn(usize) + Sync),
     ) -> Self {
         let mut raster = Self::new(width, height, channels);
-        let finished = Mutex::new(0);
-        let rows = Mutex::new(raster.values.chunks_mut((width * channels).max(1)).enumerate());
-        let next = || rows.lock().ok().and_then(|mut rows| rows.next());
-        let work = || {
-            while let Some((y, row)) = next() {
-                fill(y, row);
-                if let Ok(mut finished) = finished.lock() {
-                    *finished += 1;
-                    done(*finished);
-                }
-            }
-        };
-        thread::scope(|scope| {
-            for _ in 1..thread_count() {
-                scope.spawn(work);
-            }
-            work();
-        });
+        let rows = raster.values.chunks_mut((width * channels).max(1)).enumerate();
+        let cores = || thread::available_parallelism().map_or(1, usize::from);
+        let threads = ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num());
+        share_out(rows, threads, |(y, row)| fill(y, row), done);
         raster
+    }
+
+    /// An image of 8 bits: grey of one channel, opaque without a fourth.
+    pub fn rgba8(&self, name: &str, kind: ImageKind) -> Image {
+        let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let texel = |texel: &[f32]| {
+            let channel = |channel: usize| texel.get(channel).copied().unwrap_or(texel[0]);
+            [channel(0), channel(1), channel(2), texel.get(3).copied().unwrap_or(1.0)].map(byte)
+        };
+        let texels = self.values.chunks(self.channels.max(1)).flat_map(texel).collect();
+        Image::rgba8(name, self.width as u32, self.height as u32, kind, texels)
     }
 
     /// A value of the texel at (x, y), which may lie beyond the edges.

@@ -53,13 +53,13 @@ pub(super) fn load(job: &CompareJob) -> Result<Maps, ImportError> {
     let raster = raster(&heights);
     let normal = match &job.normal {
         Some(path) => load_said(path, ImageKind::Normal)?,
-        None if made => image("normal", ImageKind::Normal, &normal_from_height(&raster, &slopes, &quiet)),
+        None if made => normal_from_height(&raster, &slopes, &quiet).rgba8("normal", ImageKind::Normal),
         None => shipped("normal.png", ImageKind::Normal)?,
     };
     let (horizon, offset) = if made {
         let horizon = horizon_from_height(&raster, &HorizonOptions { relief, max_distance: None }, &quiet);
-        let horizon = horizon.map(|map| image("horizon", ImageKind::Data, &map));
-        (horizon, image("offset", ImageKind::Data, &offset_from_height(&raster, &slopes, &quiet)))
+        let horizon = horizon.map(|map| map.rgba8("horizon", ImageKind::Data));
+        (horizon, offset_from_height(&raster, &slopes, &quiet).rgba8("offset", ImageKind::Data))
     } else {
         let horizon = [shipped("horizon_0.png", ImageKind::Data)?, shipped("horizon_1.png", ImageKind::Data)?];
         (horizon, shipped("offset.png", ImageKind::Data)?)
@@ -80,13 +80,6 @@ fn unfit(path: &Path, image: &Image, message: &str) -> ImportError {
     ImportError::Invalid { path: path.to_owned(), place: "size".into(), message }
 }
 
-fn image(name: &str, kind: ImageKind, map: &Raster) -> Image {
-    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-    let texel = |t: &[f32]| [t[0], t[1], t[2], t.get(3).copied().unwrap_or(1.0)].map(byte);
-    let texels = map.values.chunks_exact(map.channels).flat_map(texel).collect();
-    Image::rgba8(name, map.width as u32, map.height as u32, kind, texels)
-}
-
 /// The heights as the map tools take them.
 fn raster(heights: &HeightMap) -> Raster {
     let (width, height) = heights.size();
@@ -99,21 +92,7 @@ fn quiet(_: usize, _: usize) {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
-    use std::sync::{Arc, Mutex};
-
-    #[derive(Clone, Default)]
-    struct Said(Arc<Mutex<Vec<u8>>>);
-
-    impl Write for Said {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            self.0.lock().expect("no writer panicked").write(bytes)
-        }
-
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
+    use std::sync::Arc;
 
     #[test]
     fn what_is_made_of_an_image_is_said() {
@@ -122,11 +101,10 @@ mod tests {
             let path = folder.path().join(name);
             let image = image::RgbImage::from_fn(4, 1, |x, _| image::Rgb(texel(x as u8)));
             image.save(&path).expect("a file");
-            let said = Said::default();
-            let writer = said.clone();
-            let subscriber = tracing_subscriber::fmt().with_writer(move || writer.clone()).with_ansi(false).finish();
+            let (said, writer) = std::io::pipe().expect("a pipe");
+            let subscriber = tracing_subscriber::fmt().with_writer(Arc::new(writer)).with_ansi(false).finish();
             tracing::subscriber::with_default(subscriber, || load_said(&path, kind)).expect("an image");
-            String::from_utf8(said.0.lock().expect("no writer panicked").clone()).expect("text")
+            std::io::read_to_string(said).expect("text")
         };
         let lean = |x: u8| 128 + 20 * x;
         let two = said("two.png", ImageKind::Normal, &|x| [lean(x), 128, 0]);

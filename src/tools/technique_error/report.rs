@@ -56,11 +56,6 @@ pub struct Report {
 }
 
 impl Report {
-    /// One line.
-    pub fn json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_default()
-    }
-
     /// The figures of a technique.
     pub fn row(&self, technique: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.technique == technique)

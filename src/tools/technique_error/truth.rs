@@ -11,15 +11,9 @@ use super::test_scene::{FAINT, Lit, SUN, Shown, TestScene};
 use crate::frames::FrameError;
 use crate::tools::compare::quarters;
 use crate::tools::maps::Raster;
-use glam::{Vec3, Vec3A};
+use crate::tools::maps::bake::{Role, Surface, Target};
+use glam::{Affine3A, Vec3};
 use image::RgbImage;
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
-use obvhs::ray::Ray;
-use obvhs::triangle::Triangle;
-use std::time::Duration;
-use systems::assets::Mesh;
 use systems::assets::color::srgb_from_linear;
 
 /// Metres above the surface that rays begin: places have errors of a hundredth of that.
@@ -41,7 +35,12 @@ impl Truth {
     pub fn new(stand: &mut TestScene, (width, height): (u32, u32)) -> Result<Self, FrameError> {
         let size = (2 * width, 2 * height);
         let count = stand.light_count();
-        let rays = Rays::new(&stand.displaced);
+        // Of high-poly meshes there is nothing that could be missing; without triangles, nothing is in the way.
+        let displaced = Surface::of_mesh(&stand.displaced, &Affine3A::IDENTITY, Role::High).unwrap_or_default();
+        let target = Target::new(&displaced).ok();
+        let is_free = |from: Vec3, toward: Vec3, distance: f32| {
+            target.as_ref().is_none_or(|target| !target.is_hit(from, toward, distance))
+        };
         let samples = samples(stand, size)?;
         let fill = |y: usize, row: &mut [f32]| {
             let samples = &samples[y * size.0 as usize..];
@@ -49,7 +48,7 @@ impl Truth {
                 let Some((place, normal)) = *sample else { continue };
                 for (light, seen) in seen.iter_mut().enumerate() {
                     let (toward, distance) = stand.toward_light(light, place);
-                    *seen = f32::from(rays.pass(place + normal * ABOVE, toward, distance));
+                    *seen = f32::from(is_free(place + normal * ABOVE, toward, distance));
                 }
             }
         };
@@ -100,51 +99,9 @@ fn samples(stand: &mut TestScene, size: (u32, u32)) -> Result<Vec<Option<(Vec3, 
     Ok(depths.into_iter().zip(normals).enumerate().map(sample).collect())
 }
 
-/// Rays through a mesh.
-struct Rays {
-    triangles: Vec<Triangle>,
-    tree: CwBvh,
-}
-
-impl Rays {
-    fn new(mesh: &Mesh) -> Self {
-        let corner = |index: u32| Vec3A::from(mesh.positions[index as usize]);
-        let triangle = |t: &[u32; 3]| Triangle { v0: corner(t[0]), v1: corner(t[1]), v2: corner(t[2]) };
-        let triangles: Vec<Triangle> = mesh.indices.as_chunks::<3>().0.iter().map(triangle).collect();
-        let tree = build_cwbvh_from_tris(&triangles, BvhBuildParams::fast_build(), &mut Duration::default());
-        // In the order of the leaves.
-        let triangles = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
-        Self { triangles, tree }
-    }
-
-    /// Tells if nothing blocks a ray within a distance, metres.
-    fn pass(&self, from: Vec3, toward: Vec3, distance: f32) -> bool {
-        let ray = Ray::new(from.into(), toward.into(), 0.0, distance);
-        self.tree.ray_traverse_miss(ray, |ray, leaf| self.triangles[leaf].intersect(ray))
-    }
-}
-
 /// Linear light as a picture: cut at 1, sRGB.
 pub(super) fn encoded(linear: &[Vec3], (width, height): (u32, u32)) -> RgbImage {
     let byte = |l: f32| (srgb_from_linear(l.clamp(0.0, 1.0)) * 255.0).round() as u8;
     let bytes = linear.iter().flat_map(|color| color.to_array().map(byte)).collect();
     RgbImage::from_raw(width, height, bytes).unwrap_or_default()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::{UVec2, Vec2};
-    use systems::assets::shapes;
-
-    #[test]
-    fn rays_stop_at_what_is_in_the_way_and_before_what_is_behind_the_light() {
-        let rays = Rays::new(&shapes::plane(Vec2::splat(2.0), UVec2::splat(4)));
-        let below = Vec3::new(0.1, -1.0, 0.2);
-        assert!(!rays.pass(below, Vec3::Y, f32::INFINITY));
-        assert!(!rays.pass(below, Vec3::Y, 1.5));
-        assert!(rays.pass(below, Vec3::Y, 0.5), "the light is nearer");
-        assert!(rays.pass(below, Vec3::NEG_Y, f32::INFINITY));
-        assert!(rays.pass(below + Vec3::X * 2.0, Vec3::Y, f32::INFINITY));
-    }
 }

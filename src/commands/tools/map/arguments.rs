@@ -1,6 +1,6 @@
 //! Arguments of each map tool, and its help.
 
-use crate::commands::common::arguments::{self, choice, number};
+use crate::commands::common::arguments::{self, ThreadsArgs, choice, number};
 use crate::output;
 use crate::tools::maps::files::{self, Bits, Channel};
 use crate::tools::maps::{
@@ -24,16 +24,15 @@ pub struct CommonArgs {
     /// Also draw a lit preview of the map, 512x512; needs a graphics adapter
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
-    /// Worker threads; the number does not change the map [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
 }
 
 impl CommonArgs {
     /// Before the work: sets the threads, and finds out whether all that is to be written can be, `maps` of so many
     /// `bits`, if that was said, and the preview, and is none of `inputs`.
     pub fn begin(&self, inputs: &[&Path], maps: &[&Path], bits: Option<Bits>) -> Result<(), MapError> {
-        systems::set_threads(self.threads.map(usize::from));
+        self.threads.set();
         maps.iter().try_for_each(|path| files::check_output(path, bits))?;
         let written = maps.iter().copied().chain(self.preview.as_deref());
         if let Some(path) = written.into_iter().find(|path| inputs.iter().any(|input| output::is_same(path, input))) {

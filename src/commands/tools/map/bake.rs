@@ -1,7 +1,7 @@
 //! `relief map bake` and `relief map tile`: what they take, and what they do with it.
 
 use super::made::Made;
-use crate::commands::common::arguments::{self, choice};
+use crate::commands::common::arguments::{self, ThreadsArgs, choice};
 use crate::name::{self, named};
 use crate::output;
 use crate::tools::maps::bake::{
@@ -52,9 +52,8 @@ pub struct CommonArgs {
     /// Also draw a lit preview of the mesh without and with the maps, 1536x768; needs a graphics adapter
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
-    /// Worker threads; the number does not change the maps [default: one per core]
-    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
-    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
 }
 
 /// `relief map bake`.
@@ -178,7 +177,7 @@ impl CommonArgs {
             },
             rays: self.rays as usize,
             occlusion_distance: self.occlusion_distance.unwrap_or(f32::INFINITY),
-            threads: self.threads.and_then(|threads| NonZero::new(threads.into())),
+            threads: self.threads.count().and_then(NonZero::new),
             ..BakeOptions::default()
         }
     }
@@ -196,7 +195,7 @@ impl<'a> Outputs<'a> {
         if args.bits.is_some() && !args.wants(BakedMap::Normal) {
             return Err(MapError::option("bits", "only valid for the normal map; expected normal among --maps"));
         }
-        systems::set_threads(args.threads.map(usize::from));
+        args.threads.set();
         let outputs = Self { args, made_folder: !args.output.exists() };
         output::make_folder(&args.output)?;
         args.maps.iter().try_for_each(|&map| files::check_output(&outputs.path(map), None))?;

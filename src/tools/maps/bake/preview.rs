@@ -75,17 +75,11 @@ fn mapped(plain: &Material, baked: &Baked, library: &mut Library) -> Material {
 }
 
 fn image(raster: &Raster, kind: ImageKind) -> Image {
-    let (width, height) = (raster.width as u32, raster.height as u32);
-    if kind == ImageKind::Height {
-        let heights = raster.values.chunks(raster.channels.max(1)).map(|texel| texel[0].clamp(0.0, 1.0));
-        return Image::heights("baked", width, height, &heights.collect::<Vec<_>>());
+    if kind != ImageKind::Height {
+        return raster.rgba8("baked", kind);
     }
-    let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-    let texels = raster.values.chunks(raster.channels.max(1)).flat_map(|texel| {
-        let at = |channel: usize| byte(texel.get(channel).copied().unwrap_or(texel[0]));
-        [at(0), at(1), at(2), 255]
-    });
-    Image::rgba8("baked", width, height, kind, texels.collect())
+    let heights: Vec<f32> = raster.values.iter().map(|height| height.clamp(0.0, 1.0)).collect();
+    Image::heights("baked", raster.width as u32, raster.height as u32, &heights)
 }
 
 /// From where an open sheet is seen face on, and a closed thing a little from above and the right.

@@ -1,6 +1,6 @@
 //! Rays for the texels of a map, and what they give.
 
-use super::bands::{BAND, Band, share_out};
+use super::bands::{BAND, Band};
 use super::dilate::dilate;
 use super::occlusion::Sky;
 use super::options::{AUTO_CAGE, BakeOptions, MAX_SIDE, Reach};
@@ -8,8 +8,11 @@ use super::report::{Baked, Coverage, Report};
 use super::surface::Surface;
 use super::target::{Hit, Sides, Target};
 use super::unwrap::{Texel, Unwrap};
+use crate::tools::maps::raster::share_out;
 use crate::tools::maps::{MapError, Raster};
 use glam::{Vec2, Vec3};
+use std::num::NonZero;
+use std::thread::available_parallelism;
 use std::time::Instant;
 
 /// Floats have more digits than a ray is exact to. Rounded to this, a flat surface gives the same byte everywhere,
@@ -190,7 +193,8 @@ pub(super) fn cast(
         bands.collect::<Vec<_>>()
     };
     let work = |band| fill(band, &sample);
-    let tallies = share_out(bands.into_iter(), options.threads, work, &|done| progress(done, of));
+    let threads = options.threads.or_else(|| available_parallelism().ok()).map_or(1, NonZero::get);
+    let tallies = share_out(bands.into_iter(), threads, work, &|done| progress(done, of));
     let mut report = Report { size: options.size, casting: started.elapsed(), ..Report::default() };
     let mut met = (f32::INFINITY, f32::NEG_INFINITY);
     for tally in tallies {
