@@ -231,6 +231,7 @@ class _PointLight(TypedDict, total=False):
     radius: Optional[float]
     shadow_near: Optional[float]
     shadows: Optional[bool]
+    temperature_kelvin: Optional[int]
 
 class _SpotLight(TypedDict, total=False):
     ambient: Optional[_Color]
@@ -244,6 +245,7 @@ class _SpotLight(TypedDict, total=False):
     radius: Optional[float]
     shadow_near: Optional[float]
     shadows: Optional[bool]
+    temperature_kelvin: Optional[int]
 
 class _DirectionalLight(TypedDict, total=False):
     ambient: Optional[_Color]
@@ -251,6 +253,7 @@ class _DirectionalLight(TypedDict, total=False):
     color: Optional[_Color]
     on: Optional[bool]
     shadows: Optional[bool]
+    temperature_kelvin: Optional[int]
 # end of described
 
 # described: kinds
@@ -611,6 +614,10 @@ class LightEntity(Entity):
     def shadows(self) -> bool: ...
     @shadows.setter
     def shadows(self, value: bool) -> None: ...
+    @property
+    def temperature_kelvin(self) -> Optional[int]: ...
+    @temperature_kelvin.setter
+    def temperature_kelvin(self, value: int) -> None: ...
     @property
     def enabled(self) -> bool: ...
     @enabled.setter

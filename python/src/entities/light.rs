@@ -49,8 +49,7 @@ impl LightEntity {
         let before = LightDescription::from(&now);
         let mut fields = values(before.fields())?;
         fields[name] = value;
-        let edited: LightDescription =
-            serde_json::from_value(json!({ kind: fields })).map_err(|error| Failure::value(error.to_string()))?;
+        let edited = before.edited(fields).map_err(|error| Failure::value(error.to_string()))?;
         // Lights of files may be beyond the ranges of descriptions, and are left so.
         let known = faults(&before);
         match faults(&edited).into_iter().find(|fault| !known.contains(fault)) {
