@@ -6,6 +6,7 @@
 //! files         PNG, numpy's and OpenEXR; box_records, records: what is in them of boxes, and of sensors other than
 //!               cameras
 //! log           a log of ROS 2 (log_boxes); coco, kitti: labels as these data sets have them; films
+//! parts         JSON files of a run, put together of those of its parts
 //! writers       the list of all of these; those of a run, begun
 //! ```
 
@@ -17,5 +18,6 @@ pub(crate) mod format;
 mod kitti;
 pub(crate) mod log;
 mod log_boxes;
+pub(crate) mod parts;
 mod records;
 pub(crate) mod writers;

@@ -1,6 +1,9 @@
-//! The forms of files that the library has; those of a run, checked and begun.
+//! The forms of files that the library has; those of a run, checked, begun, and put together of those of its parts.
 
+use super::coco::{INSTANCES, PANOPTIC};
 use super::format::{FileFormat, Makes, RunInfo, RunWriter};
+use super::parts::{Merge, append_all};
+use crate::export::coco::{Instances, Panoptic};
 use crate::frames::FrameError;
 
 impl FileFormat {
@@ -54,4 +57,13 @@ pub(crate) fn begin(run: &RunInfo) -> Result<Vec<Box<dyn RunWriter>>, FrameError
         Makes::Captures(_) => None,
     });
     begins.collect()
+}
+
+/// JSON files about a run as a whole, by their paths in a data set, with what puts together those of its parts.
+pub(crate) fn merged_files() -> impl Iterator<Item = (&'static str, Merge)> {
+    let coco: [(_, Merge); 2] = [
+        (INSTANCES, |parts, path| append_all(parts, path, Instances::append)),
+        (PANOPTIC, |parts, path| append_all(parts, path, Panoptic::append)),
+    ];
+    coco.into_iter()
 }
