@@ -2,13 +2,14 @@
 
 use super::coco::{INSTANCES, PANOPTIC};
 use super::format::{FileFormat, Makes, RunInfo, RunWriter};
+use super::nuscenes;
 use super::parts::{Merge, append_all};
 use crate::export::coco::{Instances, Panoptic};
 use crate::frames::FrameError;
 
 impl FileFormat {
     /// All of the library, with their names.
-    pub const ALL: [(&'static str, Self); 8] = [
+    pub const ALL: [(&'static str, Self); 9] = [
         (Self::PNG.name, Self::PNG),
         (Self::NPY.name, Self::NPY),
         (Self::NPZ.name, Self::NPZ),
@@ -16,6 +17,7 @@ impl FileFormat {
         (Self::MCAP.name, Self::MCAP),
         (Self::COCO.name, Self::COCO),
         (Self::KITTI.name, Self::KITTI),
+        (Self::NUSCENES.name, Self::NUSCENES),
         (Self::VIDEO.name, Self::VIDEO),
     ];
 }
@@ -65,5 +67,5 @@ pub(crate) fn merged_files() -> impl Iterator<Item = (&'static str, Merge)> {
         (INSTANCES, |parts, path| append_all(parts, path, Instances::append)),
         (PANOPTIC, |parts, path| append_all(parts, path, Panoptic::append)),
     ];
-    coco.into_iter()
+    coco.into_iter().chain(nuscenes::merged_files())
 }
