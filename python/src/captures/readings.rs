@@ -1,6 +1,6 @@
 //! Readings of motion sensors, and of those for what is around a vehicle.
 
-use crate::captures::common::Common;
+use crate::captures::common::{Common, common};
 use crate::given::arguments::required;
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -11,32 +11,12 @@ use relief::systems::sensors::{Class, Classes, LaneReading as Reading};
 /// Getters that all readings have, and those of one: of each its name, type and value in `own`.
 macro_rules! reading {
     ($class:ident, $own:ident: { $($(#[$doc:meta])* $getter:ident: $type:ty = $value:expr;)* } $($more:tt)*) => {
+        common! { $class,
+            /// From the sensor's axes, X forward, Y left, Z up, to the scene's coordinates: float64 (4, 4).
+        }
+
         #[pymethods]
         impl $class {
-            /// The sensor's full name.
-            #[getter]
-            fn name(&self) -> &str {
-                &self.common.name
-            }
-
-            /// Step number of the clock.
-            #[getter]
-            fn step(&self) -> u64 {
-                self.common.step
-            }
-
-            /// Seconds since the run began.
-            #[getter]
-            fn seconds(&self) -> f64 {
-                self.common.seconds()
-            }
-
-            /// From the sensor's axes, X forward, Y left, Z up, to the scene's coordinates: float64 (4, 4).
-            #[getter]
-            fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-                self.common.matrix(py)
-            }
-
             $(
                 $(#[$doc])*
                 #[getter]

@@ -48,6 +48,30 @@ impl Sim {
     ) -> PyResult<T> {
         self.shared.with(py, work)
     }
+
+    fn captured(&self, py: Python<'_>, names: &Bound<'_, PyTuple>, which: Captured) -> PyResult<Capture> {
+        let names = each_name(names)?;
+        let (captured, warnings, classes) = self.with(py, move |world| {
+            let all = world.check_sensors(&names)?.into_iter();
+            let is_named = |name: &str| is_among(&names, name);
+            let named: Vec<_> = all.filter(|(name, _)| is_named(name)).map(|(_, sensor)| sensor).collect();
+            let captured = world.capture(match which {
+                Captured::Due => Wanted::Due(&is_named),
+                Captured::Now => Wanted::Look(&named),
+            })?;
+            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
+        })?;
+        warn(py, &warnings)?;
+        let world = if which == Captured::Due { Arc::downgrade(&self.shared) } else { Weak::new() };
+        Capture::new(py, captured, &classes, world)
+    }
+}
+
+/// Sensors that are captured: those that are due, or all, of the state at hand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Captured {
+    Due,
+    Now,
 }
 
 /// The open field.
@@ -131,29 +155,13 @@ impl Sim {
     /// GpuError.
     #[pyo3(signature = (*names))]
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let names = each_name(names)?;
-        let (captured, warnings, classes) = self.with(py, move |world| {
-            world.check_sensors(&names)?;
-            let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
-            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
-        })?;
-        warn(py, &warnings)?;
-        Capture::new(py, captured, &classes, Arc::downgrade(&self.shared))
+        self.captured(py, names, Captured::Due)
     }
 
     /// Captures sensors of the state at hand, whether they are due or not: all, or those of `names`.
     #[pyo3(signature = (*names))]
     fn look(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let names = each_name(names)?;
-        let (captured, warnings, classes) = self.with(py, move |world| {
-            let all = world.check_sensors(&names)?;
-            let wanted: Vec<_> =
-                all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
-            let captured = world.capture(Wanted::Look(&wanted))?;
-            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
-        })?;
-        warn(py, &warnings)?;
-        Capture::new(py, captured, &classes, Weak::new())
+        self.captured(py, names, Captured::Now)
     }
 
     /// Every entity with mesh variants shows its next one.
@@ -306,9 +314,8 @@ impl World {
         let all = relief::sense::sensor_names(&mut self.simulation.world);
         for name in names {
             if !all.iter().any(|(full, _)| is_among(std::slice::from_ref(name), full)) {
-                let known: Vec<&str> = all.iter().map(|(full, _)| full.as_str()).collect();
-                let hint = name::hint(&known, name);
-                return Err(Failure::Name(format!("unknown sensor {name:?}{hint}")));
+                let known = all.iter().map(|(full, _)| full.as_str());
+                return Err(Failure::Name(name::unknown("sensor", known, name)));
             }
         }
         Ok(all)
