@@ -1,7 +1,7 @@
 //! The Python package's extension module, `relief._relief`: worlds, entities, sensors and their captures.
 //!
 //! ```text
-//! errors    exceptions
+//! errors    exceptions; getters: of values of a world
 //! given     arguments of calls, and errors that name them; values: numbers, places; described: fields by their
 //!           descriptions; light: what a light shines like
 //! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
@@ -22,6 +22,7 @@
 mod captures;
 mod entities;
 mod errors;
+mod getters;
 mod given;
 mod program;
 mod sims;

@@ -3,6 +3,7 @@
 use crate::entities::entity::Entity;
 use crate::entities::own::with;
 use crate::errors::{Failure, Outcome};
+use crate::getters::getters;
 use crate::given::arguments::{Given, one_of, optional, required, within};
 use crate::given::values::Point;
 use crate::worlds::world::World;
@@ -39,73 +40,36 @@ const MOST_TURNING: f64 = 100.0;
 #[pyclass(frozen, extends = Entity, module = "relief")]
 pub struct Vehicle;
 
-#[pymethods]
-impl Vehicle {
+getters! { with, Vehicle:
     /// The name of its type.
-    #[getter]
-    fn type_(own: PyRef<'_, Self>) -> PyResult<String> {
-        with(&own, |world, id| {
-            let vehicle = world.component::<vehicles::Vehicle>(id)?;
-            let types = world.simulation.world.resource::<VehicleTypes>();
-            Ok(vehicle.map_or_else(String::new, |vehicle| types.get(vehicle.kind).name.clone()))
-        })
-    }
-
+    type_: String = |world, id| type_of(world, id)?;
     /// Metres per second along its own forward; negative in reverse.
-    #[getter]
-    fn speed(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.speed)
-    }
-
+    speed: f64 = |world, id| motion(world, id)?.speed;
     /// Acceleration along its forward, m/s².
-    #[getter]
-    fn acceleration(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.acceleration.into())
-    }
-
+    acceleration: f32 = |world, id| motion(world, id)?.acceleration;
     /// Radians about the world's +Y, 0 along +Z, left positive.
-    #[getter]
-    fn yaw(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.yaw)
-    }
-
+    yaw: f64 = |world, id| motion(world, id)?.yaw;
     /// Steering angle of the front wheels, radians, left positive.
-    #[getter]
-    fn steering(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.steering.into())
-    }
-
+    steering: f32 = |world, id| motion(world, id)?.steering;
     /// Metres along its own forward since it came to be.
-    #[getter]
-    fn rolled(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.rolled)
-    }
-
+    rolled: f64 = |world, id| motion(world, id)?.rolled;
     /// The name of the route that it follows; ``None``: it has none.
-    #[getter]
-    fn route(own: PyRef<'_, Self>) -> PyResult<Option<String>> {
-        with(&own, |world, id| route_of(world, id))
-    }
-
+    route: Option<String> = |world, id| route_of(world, id)?;
     /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Where it
     /// does not follow its route, this, `along` and `offset` are those of the nearest place of it.
-    #[getter]
-    fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u32>> {
-        on_route(&own, |on| on.lane)
-    }
-
+    lane: Option<u32> = |world, id| place_on_route(world, id)?.map(|on| on.lane);
     /// Metres along its route's centre line from its beginning; ``None`` without a route.
-    #[getter]
-    fn along(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
-        on_route(&own, |on| on.along)
-    }
-
+    along: Option<f64> = |world, id| place_on_route(world, id)?.map(|on| on.along);
     /// Metres from the middle of the lane that it is in or changes to, left positive; ``None`` without a route.
-    #[getter]
-    fn offset(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
-        on_route(&own, |on| on.offset)
-    }
+    offset: Option<f64> = |world, id| place_on_route(world, id)?.map(|on| on.offset);
+    /// Source of its motion: "route", "manual" (it goes by `drive`) or "external" (it goes by `move`).
+    motion_source: &'static str = |world, id| {
+        name::of(&MOTION_SOURCES, MotionSource::of(&world.simulation.world, world.entity(id)?))
+    };
+}
 
+#[pymethods]
+impl Vehicle {
     /// Goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False`` lets its
     /// route have it.
     #[getter]
@@ -133,13 +97,6 @@ impl Vehicle {
     fn set_by_hand(own: PyRef<'_, Self>, by_hand: &Bound<'_, PyAny>) -> PyResult<()> {
         warn_of_by_hand(own.py())?;
         Self::set_manual(own, by_hand)
-    }
-
-    /// Source of its motion: "route", "manual" (it goes by `drive`) or "external" (it goes by `move`).
-    #[getter]
-    fn motion_source(own: PyRef<'_, Self>) -> PyResult<&'static str> {
-        let source = with(&own, |world, id| Ok(MotionSource::of(&world.simulation.world, world.entity(id)?)))?;
-        Ok(name::of(&MOTION_SOURCES, source))
     }
 
     /// Moves it from outside, as another simulator or a trace has it: it is `at` a place in the scene, metres, turned
@@ -291,8 +248,14 @@ pub fn warn_of_by_hand(py: Python<'_>) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyDeprecationWarning>(), c"by_hand is deprecated; use manual", 1)
 }
 
-fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -> PyResult<f64> {
-    with(own, |world, id| Ok(value(&world.component::<Motion>(id)?.unwrap_or_default())))
+fn motion(world: &World, id: StateId) -> Outcome<Motion> {
+    Ok(world.component::<Motion>(id)?.unwrap_or_default())
+}
+
+fn type_of(world: &World, id: StateId) -> Outcome<String> {
+    let vehicle = world.component::<vehicles::Vehicle>(id)?;
+    let types = world.simulation.world.resource::<VehicleTypes>();
+    Ok(vehicle.map_or_else(String::new, |vehicle| types.get(vehicle.kind).name.clone()))
 }
 
 /// A vehicle's place on its route.
@@ -300,10 +263,6 @@ struct PlaceOnRoute {
     lane: u32,
     along: f64,
     offset: f64,
-}
-
-fn on_route<T: Send>(own: &PyRef<'_, Vehicle>, value: impl FnOnce(PlaceOnRoute) -> T + Send) -> PyResult<Option<T>> {
-    with(own, |world, id| Ok(place_on_route(world, id)?.map(value)))
 }
 
 fn place_on_route(world: &World, id: StateId) -> Outcome<Option<PlaceOnRoute>> {

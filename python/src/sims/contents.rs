@@ -3,6 +3,7 @@
 use crate::entities::classes::{wrap, wrap_as};
 use crate::entities::entity::Kind;
 use crate::errors::Failure;
+use crate::getters::getters;
 use crate::given::arguments::required;
 use crate::sims::roads::Route;
 use crate::sims::sim::Sim;
@@ -43,6 +44,15 @@ impl Sim {
         let wanted = ids.into_iter().filter(|(_, found)| kind.is_none_or(|kind| kind == *found));
         wanted.map(|(id, kind)| wrap_as(py, &self.shared, id, kind)).collect()
     }
+}
+
+getters! { Sim::read, Sim:
+    /// Roads to follow, in the scene's order.
+    routes: Vec<Route> = |world| world.routes();
+    /// The names of vehicle types.
+    vehicle_types: Vec<String> = |world| {
+        world.simulation.world.resource::<VehicleTypes>().iter().map(|(_, known)| known.name.clone()).collect()
+    };
 }
 
 #[pymethods]
@@ -116,12 +126,6 @@ impl Sim {
         self.names_where(py, |own, entity| {
             own.get::<MeshId>(entity).is_some() || own.get::<WholeMesh>(entity).is_some()
         })
-    }
-
-    /// Roads to follow, in the scene's order.
-    #[getter]
-    fn routes(&self, py: Python<'_>) -> PyResult<Vec<Route>> {
-        self.with(py, |world| Ok(world.routes()))
     }
 
     /// By name: for each group of a signal, what it shows ("red", "amber", "green") and for how many seconds still,
@@ -224,14 +228,5 @@ impl Sim {
         dict.set_item("paints", own.paints.len())?;
         dict.set_item("class", Some(own.class).filter(|class| !class.is_empty()))?;
         Ok(dict)
-    }
-
-    /// The names of vehicle types.
-    #[getter]
-    fn vehicle_types(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |world| {
-            let types = world.simulation.world.resource::<VehicleTypes>();
-            Ok(types.iter().map(|(_, known)| known.name.clone()).collect())
-        })
     }
 }

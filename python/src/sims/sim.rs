@@ -2,6 +2,7 @@
 
 use crate::captures::capture::Capture;
 use crate::errors::{Failure, Outcome};
+use crate::getters::getters;
 use crate::given::arguments::{Bytes, Given, optional, required};
 use crate::given::described;
 use crate::worlds::world::{Scene, Shared, World};
@@ -47,6 +48,11 @@ impl Sim {
         work: impl FnOnce(&mut World) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
         self.shared.with(py, work)
+    }
+
+    /// Does something for a getter.
+    pub fn read<T: Send>(own: &PyRef<'_, Self>, work: impl FnOnce(&mut World) -> Outcome<T> + Send) -> PyResult<T> {
+        own.with(own.py(), work)
     }
 
     fn captured(&self, py: Python<'_>, names: &Bound<'_, PyTuple>, which: Captured) -> PyResult<Capture> {
@@ -102,6 +108,23 @@ fn of_package(py: Python<'_>, scene: &Path) -> PyResult<()> {
 /// Reads several arguments, each a name.
 fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
     names.iter().enumerate().map(|(i, name)| required(&format!("names[{i}]"), &name)).collect()
+}
+
+getters! { Sim::read, Sim:
+    /// The scene's file name without its extension.
+    name: String = |world| world.loaded.name.clone();
+    /// Warnings of the loaded scene.
+    warnings: Vec<String> = |world| world.loaded.warnings.clone();
+    /// The scene's file and those that it names.
+    files: Vec<PathBuf> = |world| world.loaded.files.clone();
+    /// Seed of the run's random numbers.
+    seed: u64 = |world| world.simulation.world.resource::<Seed>().0;
+    /// Steps done since the run began.
+    steps: u64 = |world| world.step_number();
+    /// Length of a step, seconds.
+    step_seconds: f64 = |world| world.simulation.world.resource::<Clock>().step_seconds;
+    /// Seconds since the run began.
+    seconds: f64 = |world| world.simulation.world.resource::<Clock>().seconds();
 }
 
 #[pymethods]
@@ -167,48 +190,6 @@ impl Sim {
     /// Every entity with mesh variants shows its next one.
     fn next_mesh_variant(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| world.apply(NextMeshVariant))
-    }
-
-    /// The scene's file name without its extension.
-    #[getter]
-    fn name(&self, py: Python<'_>) -> PyResult<String> {
-        self.with(py, |world| Ok(world.loaded.name.clone()))
-    }
-
-    /// Warnings of the loaded scene.
-    #[getter]
-    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |world| Ok(world.loaded.warnings.clone()))
-    }
-
-    /// The scene's file and those that it names.
-    #[getter]
-    fn files(&self, py: Python<'_>) -> PyResult<Vec<PathBuf>> {
-        self.with(py, |world| Ok(world.loaded.files.clone()))
-    }
-
-    /// Seed of the run's random numbers.
-    #[getter]
-    fn seed(&self, py: Python<'_>) -> PyResult<u64> {
-        self.with(py, |world| Ok(world.simulation.world.resource::<Seed>().0))
-    }
-
-    /// Steps done since the run began.
-    #[getter]
-    fn steps(&self, py: Python<'_>) -> PyResult<u64> {
-        self.with(py, |world| Ok(world.step_number()))
-    }
-
-    /// Length of a step, seconds.
-    #[getter]
-    fn step_seconds(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |world| Ok(world.simulation.world.resource::<Clock>().step_seconds))
-    }
-
-    /// Seconds since the run began.
-    #[getter]
-    fn seconds(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |world| Ok(world.simulation.world.resource::<Clock>().seconds()))
     }
 
     /// A hash of the whole state, 32 hexadecimal digits: equal states, equal hashes.
