@@ -202,13 +202,13 @@ macro_rules! outputs {
             /// A record for each thing in the picture: a structured array (N,), see docs/sensors.md; of a
             /// batch, one for each world.
             boxes "boxes";
-            /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32 (H, W,
-            /// 2), pixels right and down.
+            /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32
+            /// (H, W, 2), pixels right and down.
             flow "flow";
             /// Flags of that flow: uint8 (H, W); 1 valid, 2 inside the picture, 4 seen there, 8 sky, added up.
             flow_flags "flow_flags";
-            /// Backward optical flow: places in the capture before of points that the pixels show, float32 (H, W, 2), pixels
-            /// right and down.
+            /// Backward optical flow: places in the capture before of points that the pixels show, float32 (H, W, 2),
+            /// pixels right and down.
             flow_back "flow_back";
             /// Flags of that flow: uint8 (H, W).
             flow_back_flags "flow_back_flags";

@@ -528,11 +528,13 @@ mod tests {
     #[test]
     fn rows_are_linked_by_what_they_are_of_and_counted() {
         let seen = |token: &str, of: &str| row(json!({ "token": token, "instance_token": of, "prev": "", "next": "" }));
-        let counted = |last: &str| {
-            let first = last;
-            row(
-                json!({ "token": "car", "nbr_annotations": 1, "first_annotation_token": first, "last_annotation_token": last }),
-            )
+        let counted = |only: &str| {
+            row(json!({
+                "token": "car",
+                "nbr_annotations": 1,
+                "first_annotation_token": only,
+                "last_annotation_token": only,
+            }))
         };
         let rows = [seen("a0", "a"), seen("b0", "b"), seen("a1", "a"), seen("a2", "a")];
         let whole = Table::from(rows.to_vec());
