@@ -77,6 +77,12 @@ pub fn nearest<'a>(known: &[&'a str], wanted: &str) -> Option<&'a str> {
     scored.filter(|(score, _)| *score > 0.7).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
 }
 
+/// Message on a name that nothing has: `unknown entity "brik" (did you mean "brick"?)`.
+pub fn unknown<'a>(what: &str, known: impl IntoIterator<Item = &'a str>, wanted: &str) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    format!("unknown {what} {wanted:?}{}", hint(&known, wanted))
+}
+
 /// Continuation of a message on an unknown name: ` (did you mean "brick"?)`. It is empty where no known one is near.
 pub fn hint(known: &[&str], wanted: &str) -> String {
     nearest(known, wanted).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))

@@ -1,14 +1,14 @@
 //! The Python package's extension module, `relief._relief`: worlds, entities, sensors and their captures.
 //!
 //! ```text
-//! errors    exceptions
+//! errors    exceptions; getters: of values of a world
 //! given     arguments of calls, and errors that name them; values: numbers, places; described: fields by their
 //!           descriptions; light: what a light shines like
 //! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
 //!           of the process; watch: captures that were left out
 //! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
-//! entities  entity: what is in a world; vehicle, light, portal, sensor; mounting: sensors by their keywords; mounted:
-//!           entities on others
+//! entities  entity: what is in a world; own: its world; vehicle, light, portal, sensor; mounting: sensors by their
+//!           keywords; mounted: entities on others
 //! sims      sim: Sim, a world of a scene, and its run; spawning, contents: what comes into being, and is there; roads:
 //!           routes and signals; many: several worlds at once; dataset: captures as files
 //! program   the command line
@@ -22,6 +22,7 @@
 mod captures;
 mod entities;
 mod errors;
+mod getters;
 mod given;
 mod program;
 mod sims;

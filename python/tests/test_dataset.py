@@ -15,7 +15,7 @@ from conftest import SCENES
 #: Frames: most sensors are due at the first and the seventh, some at each.
 FRAMES = 8
 SENSORS = [f"ego/{name}" for name in ("bumper", "front", "lane", "mast", "rear", "right", "top", "unit")]
-FORMATS = ["png", "npy", "npz", "exr", "mcap", "coco", "kitti"] + ["video"] * bool(shutil.which("ffmpeg"))
+FORMATS = ["png", "npy", "npz", "exr", "mcap", "coco", "kitti", "nuscenes"] + ["video"] * bool(shutil.which("ffmpeg"))
 
 
 def files(folder):

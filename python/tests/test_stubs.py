@@ -60,7 +60,17 @@ def test_fields_of_lights_are_properties_that_are_read_and_set(field):
     light.color = "#ff0000"
     assert light.color == (1.0, 0.0, 0.0)
     light.color = {"kelvin": 2700}
-    assert light.color[0] == 1.0 > light.color[2]
+    assert light.color[0] == 1.0 > light.color[2] and light.temperature_kelvin == 2700
+    light.temperature_kelvin = 10_000
+    assert light.color[2] == 1.0 > light.color[0] and light.temperature_kelvin == 10_000
+    light.intensity = 3
+    assert light.temperature_kelvin == 10_000
+    light.color = (1, 0.5, 0.5)
+    assert light.temperature_kelvin is None
+    lamp = field.spawn_light(relief.Light.point(1, temperature_kelvin=2700), at=(0, 5, 0))
+    assert lamp.temperature_kelvin == 2700
+    with pytest.raises(ValueError, match="temperature_kelvin: expected either color or temperature_kelvin"):
+        relief.Light.point(1, color="#ff0000", temperature_kelvin=2700)
     lamp = field.spawn_light(relief.Light.point(1, 5, attenuation="inverse_square", ambient=(0.1, 0, 0)), at=(0, 5, 0))
     assert lamp.attenuation == (0, 0, 1) and lamp.range == 5 and lamp.ambient[0] == pytest.approx(0.1)
     lamp.range = float("inf")

@@ -1,6 +1,7 @@
 //! Lights as people describe them: in scene files, in Python, in the window.
 
 use super::components::{Light, LightKind};
+use crate::assets::color::linear_from_kelvin;
 use crate::assets::color_text::{BRIGHTEST, Color};
 use crate::describe::angle::degrees;
 use crate::describe::check::Described;
@@ -11,12 +12,16 @@ use crate::space::transform::FARTHEST;
 use glam::Vec3;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 
 /// Half angles of cones that are not said: degrees.
 const CUTOFF_DEGREES: f32 = 45.0;
 /// Part of a cone that is full of light, where that is not said.
 const FULL: f32 = 0.8;
+/// Temperatures whose colours [`linear_from_kelvin`] knows.
+const COLDEST: u32 = 1667;
+const HOTTEST: u32 = 25_000;
 
 /// A light by its kind.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, PartialEq, Debug)]
@@ -38,6 +43,9 @@ pub struct LightFields {
     pub on: bool,
     /// Colour.
     pub color: Color,
+    /// Temperature of the black body that has its colour, instead of `color`. Read: none if no black body has it.
+    #[schemars(range(min = COLDEST, max = HOTTEST), extend("unit" = "K"))]
+    pub temperature_kelvin: Option<u32>,
     /// Times the colour.
     #[schemars(range(min = 0.0, max = BRIGHTEST))]
     pub intensity: f32,
@@ -81,6 +89,7 @@ impl Default for LightFields {
         let light = Light::point(1.0, f32::INFINITY);
         Self {
             color: Color::linear(light.color),
+            temperature_kelvin: None,
             intensity: light.intensity,
             range: light.range,
             attenuation: Attenuation(light.attenuation),
@@ -98,6 +107,15 @@ impl Default for LightFields {
     }
 }
 
+impl LightFields {
+    /// Linear RGB: the colour, or that of a black body of the same brightest component.
+    fn rgb(&self) -> Vec3 {
+        let color = self.color.rgb();
+        let body = self.temperature_kelvin.and_then(black_body);
+        body.map_or(color, |body| body * color.max_element())
+    }
+}
+
 impl LightDescription {
     /// Fields of whichever kind it is.
     pub fn fields(&self) -> &LightFields {
@@ -105,6 +123,45 @@ impl LightDescription {
             Self::Point(fields) | Self::Spot(fields) | Self::Directional(fields) => fields,
         }
     }
+
+    /// The same kind of light with edited fields. Of colour and temperature, the one that was edited counts.
+    ///
+    /// # Errors
+    /// A field that cannot be read, or no fields at all.
+    pub fn edited(&self, fields: Value) -> Result<Self, serde_json::Error> {
+        let mut fields: Map<_, _> = serde_json::from_value(fields)?;
+        let before = serde_json::to_value(self.fields())?;
+        if fields.get("color") != before.get("color") {
+            fields.insert("temperature_kelvin".into(), Value::Null);
+        } else if fields.get("temperature_kelvin") != before.get("temperature_kelvin") {
+            let brightest = self.fields().color.rgb().max_element();
+            fields.insert("color".into(), vec![brightest; 3].into());
+        }
+        let kind = Light::from(self).kind.name();
+        serde_json::from_value(json!({ kind: fields }))
+    }
+}
+
+fn black_body(kelvin: u32) -> Option<Vec3> {
+    linear_from_kelvin(kelvin as f32)
+}
+
+/// Temperature of the black body of exactly this colour. The hotter, the less red.
+fn temperature(color: Vec3) -> Option<u32> {
+    let brightest = color.max_element();
+    let without_red = |color: Vec3| (color.y + color.z) / color.x;
+    let (mut least, mut most) = (COLDEST, HOTTEST);
+    while least < most {
+        let middle = least.midpoint(most);
+        if black_body(middle).is_some_and(|body| without_red(body) < without_red(color)) {
+            least = middle + 1;
+        } else {
+            most = middle;
+        }
+    }
+    // The ratio of a colour that is scaled is rounded, and may belong to a neighbour.
+    let is_it = |kelvin: &u32| black_body(*kelvin).is_some_and(|body| body * brightest == color);
+    (least - 1..=least + 1).find(is_it).filter(|_| brightest > 0.0)
 }
 
 impl Described for LightFields {}
@@ -113,6 +170,10 @@ impl Described for LightDescription {
     fn check_whole(&self) -> Vec<Fault> {
         let (at, fields) = (Trail::default(), self.fields());
         let mut faults = of_other_kinds(Light::from(self).kind.name(), "light", fields);
+        let color = fields.color.rgb();
+        if fields.temperature_kelvin.is_some() && ![Vec3::splat(color.x), fields.rgb()].contains(&color) {
+            faults.push(at.field("temperature_kelvin").fault("expected either color or temperature_kelvin"));
+        }
         if fields.attenuation.0.element_sum() <= 0.0 {
             faults.push(at.field("attenuation").fault("expected at least one of the three to be more than 0"));
         }
@@ -144,7 +205,7 @@ impl From<&LightDescription> for Light {
         };
         let light = Self {
             kind,
-            color: fields.color.rgb(),
+            color: fields.rgb(),
             ambient: fields.ambient.rgb(),
             enabled: fields.on,
             shadows: fields.shadows,
@@ -181,6 +242,7 @@ impl From<&Light> for LightDescription {
     fn from(light: &Light) -> Self {
         let fields = LightFields {
             color: Color::linear(light.color),
+            temperature_kelvin: temperature(light.color),
             intensity: light.intensity,
             ambient: Color::linear(light.ambient),
             on: light.enabled,
@@ -275,6 +337,7 @@ mod tests {
             r#"{"spot": {"outer_degrees": 30, "shadows": true, "intensity": 8}}"#,
             r#"{"spot": {"cutoff_degrees": 35, "exponent": 8, "on": false}}"#,
             r#"{"directional": {"angle_degrees": 2, "ambient": [0.1, 0, 0]}}"#,
+            r#"{"point": {"color": [0.3, 0.3, 0.3], "temperature_kelvin": 2700}}"#,
         ] {
             let light = Light::from(&described(text));
             let again = Light::from(&LightDescription::from(&light));
@@ -284,11 +347,57 @@ mod tests {
     }
 
     #[test]
+    fn a_temperature_is_a_colour_and_is_read_back_of_it() {
+        let scaled = |text: &str| Light::from(&described(text)).color;
+        assert_eq!(
+            scaled(r#"{"spot": {"temperature_kelvin": 2700}}"#),
+            Light::point(1.0, 1.0).with_kelvin(2700.0).color
+        );
+        let half = linear_from_kelvin(9000.0).expect("in range") * 0.5;
+        assert_eq!(scaled(r#"{"point": {"temperature_kelvin": 9000, "color": [0.5, 0.5, 0.5]}}"#), half);
+        for kelvin in COLDEST..=HOTTEST {
+            for brightest in [0.1, 1.0, 300.7] {
+                let light = Light::point(1.0, 1.0).with_color(black_body(kelvin).expect("in range") * brightest);
+                assert_eq!(LightDescription::from(&light).fields().temperature_kelvin, Some(kelvin), "{brightest}");
+            }
+        }
+        for color in [Vec3::ONE, Vec3::ZERO, Vec3::X, -Vec3::ONE, Vec3::NAN, Vec3::new(1.0, 0.6, 0.3)] {
+            assert_eq!(temperature(color), None, "{color}");
+        }
+    }
+
+    #[test]
+    fn of_colour_and_temperature_the_edited_one_counts() {
+        let warm = described(r#"{"point": {"color": {"kelvin": 2700}, "intensity": 3}}"#);
+        let edited = |name: &str, value: Value| {
+            let described = LightDescription::from(&Light::from(&warm));
+            let mut fields = serde_json::to_value(described.fields()).expect("fields");
+            fields[name] = value;
+            let edited = described.edited(fields).expect("a light");
+            assert_eq!(check(&edited), Ok(()), "{name}");
+            Light::from(&edited)
+        };
+        let before = Light::from(&warm);
+        assert_eq!(edited("temperature_kelvin", json!(5000)), before.clone().with_kelvin(5000.0));
+        assert_eq!(edited("temperature_kelvin", Value::Null), before.clone().with_color(Vec3::ONE));
+        assert_eq!(edited("color", json!("#f00")), before.clone().with_color(Vec3::X));
+        assert_eq!(edited("intensity", json!(4)), Light { intensity: 4.0, ..before });
+    }
+
+    #[test]
     fn faults_are_named() {
         for (text, expected) in [
             (r#"{"point": {"range": 0}}"#, "range: expected a number from 0.001 to 10000000, found 0"),
             (r##"{"point": {"color": "#red"}}"##, "color: expected a colour like srgb(\"#ffcc88\") or srgb(\"#fc8\")"),
             (r#"{"point": {"color": [0, -1, 0]}}"#, "color[1]: expected a number from 0 to 1000000000, found -1"),
+            (
+                r#"{"point": {"temperature_kelvin": 1000}}"#,
+                "temperature_kelvin: expected a whole number from 1667 to 25000, found 1000",
+            ),
+            (
+                r#"{"point": {"color": [1, 0, 0], "temperature_kelvin": 2700}}"#,
+                "temperature_kelvin: expected either color or temperature_kelvin",
+            ),
             (r#"{"directional": {"range": 5}}"#, "range: a directional light has none; only point and spot have it"),
             (
                 r#"{"spot": {"outer_degrees": 20, "inner_degrees": 30}}"#,

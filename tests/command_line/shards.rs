@@ -67,8 +67,9 @@ fn shards_of_sensors_are_together_what_one_process_writes() {
     let home = scene_folder(SCENE);
     let folder = home.path();
     let has_ffmpeg = common::has_ffmpeg();
-    let formats = if has_ffmpeg { "png,npy,npz,exr,mcap,coco,kitti,video" } else { "png,npy,npz,exr,mcap,coco,kitti" };
-    let options = ["--sensors", "all", "--format", formats, "--frames", "3..12"];
+    let formats = ["png,npy,npz,exr,mcap,coco,kitti,nuscenes", ",video"];
+    let formats = formats[..=usize::from(has_ffmpeg)].concat();
+    let options = ["--sensors", "all", "--format", &formats, "--frames", "3..12"];
     done(&[&["render", "scene.ron", "-o", "one"], &options[..]].concat(), folder);
     done(&[&["split", "scene.ron", "-o", "job", "--shards", "4"], &options[..]].concat(), folder);
     // In any order; the scene is found from elsewhere.
@@ -82,6 +83,7 @@ fn shards_of_sensors_are_together_what_one_process_writes() {
     // Flow from each capture but the last of its camera to the next: those of 3, 5, 7, 9, and of 3 to 10.
     assert_eq!((counted("front/flow_0"), counted("front/kitti/flow"), counted("rear/flow_0")), (8, 4, 16));
     assert_eq!((counted("top/kitti"), counted("kitti/velodyne"), counted("sensors.mcap")), (0, 7, 1));
+    assert_eq!(counted("nuscenes/"), 13 + 1);
     assert_eq!(counted(".mp4"), if has_ffmpeg { 7 } else { 0 });
     // A sensor that is not due in these frames has an empty folder.
     assert!(["one", "merged"].iter().all(|name| folder.join(name).join("late").is_dir()));

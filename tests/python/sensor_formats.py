@@ -1,5 +1,5 @@
-"""Reads the data sets of tests/sensors/sensor_formats.rs: COCO's labels and KITTI's folders against the arrays beside
-them.
+"""Reads the data sets of tests/sensors/sensor_formats.rs: COCO's labels, KITTI's folders and nuScenes' tables against
+the arrays beside them.
 """
 
 import copy
@@ -175,7 +175,86 @@ scan(post, "post", 2)
 scans += 1
 assert not (folder / "ego" / "top" / "kitti").exists()
 
+# Tables, as the development kit of nuScenes goes through them: rows by tokens, and frames from one to the next.
+tables = {path.stem: json.loads(path.read_text()) for path in sorted((folder / "nuscenes").glob("*.json"))}
+assert len(tables) == 13
+known = {name: {row["token"]: row for row in rows} for name, rows in tables.items()}
+assert all(len(known[name]) == len(rows) for name, rows in tables.items())
+aliases = {"first_annotation": "sample_annotation", "last_annotation": "sample_annotation"}
+aliases.update({"first_sample": "sample", "last_sample": "sample", "log_tokens": "log", "attribute_tokens": "attribute"})
+for name, rows in tables.items():
+    for row in rows:
+        for field, value in row.items():
+            of = aliases.get(field.removesuffix("_token"), aliases.get(field, field.removesuffix("_token")))
+            if field in ("prev", "next"):
+                assert value == "" or known[name][value][{"prev": "next", "next": "prev"}[field]] == row["token"]
+            elif field.endswith("_token"):
+                assert value in known[of], (name, field)
+            elif field.endswith("_tokens"):
+                assert all(token in known[of] for token in value), (name, field)
+
+
+def matrix(row):
+    """From the frame that a row is of to that which it is in."""
+    w, x, y, z = row["rotation"]
+    turned = np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ])
+    return np.block([[turned, np.reshape(row["translation"], (3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
+
+
+# Z is up: X of the global frame is the scene's Z.
+global_from_world = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+samples = sorted(tables["sample"], key=lambda row: row["timestamp"])
+assert [row["timestamp"] for row in samples] == [0, 33_333, 66_666]
+(scene,) = tables["scene"]
+assert scene["nbr_samples"] == 3 and scene["first_sample_token"] == samples[0]["token"]
+assert scene["last_sample_token"] == samples[2]["token"]
+assert [entry["name"] for entry in tables["category"]] == [entry["name"] for entry in classes.values() if entry["thing"]]
+for measured in tables["sample_data"]:
+    calibrated = known["calibrated_sensor"][measured["calibrated_sensor_token"]]
+    channel = known["sensor"][calibrated["sensor_token"]]["channel"]
+    sensor = sensors[channel]
+    step = int(Path(measured["filename"]).name.split("_")[1][:5])
+    capture = next(capture for capture in sensor["captures"] if capture["step"] == step)
+    world_from_outputs = np.array(capture["world_from_entity"]) @ np.array(sensor["entity_from_sensor"])
+    global_from_outputs = matrix(known["ego_pose"][measured["ego_pose_token"]]) @ matrix(calibrated)
+    assert np.allclose(global_from_outputs, global_from_world @ world_from_outputs, atol=1e-9)
+    if channel != "ego/front":
+        points = np.load(folder / channel / f"points_{step:05}.npy")
+        hit = points[points["hit"] == 1]
+        found = np.fromfile(folder / measured["filename"], "<f4").reshape(-1, 5)
+        wanted = np.column_stack([hit["xyz"], hit["intensity"] * np.float32(255), hit["ring"].astype("<f4")])
+        assert np.array_equal(found, wanted)
+        continue
+    assert calibrated["camera_intrinsic"] == sensor["K"] and measured["width"] == sensor["width"]
+    assert np.array_equal(picture(folder / measured["filename"]), array("ego/front", "color", step))
+    # Each box is where the camera's own array has it.
+    boxes = {classes[int(box["class"])]["name"]: box for box in array("ego/front", "boxes", step)}
+    lidars = [folder / name / f"points_{step:05}.npy" for name in ("ego/top", "post")]
+    returns = np.concatenate([np.load(path)["instance"] for path in lidars if path.exists()])
+    for annotation in tables["sample_annotation"]:
+        if annotation["sample_token"] != measured["sample_token"]:
+            continue
+        instance = known["instance"][annotation["instance_token"]]
+        box = boxes[known["category"][instance["category_token"]]["name"]]
+        camera_from_box = np.linalg.inv(global_from_outputs) @ matrix(annotation)
+        assert np.allclose(camera_from_box[:3, 3], box["center"], atol=1e-9)
+        length, width, height = box["size"].tolist()
+        assert np.allclose(annotation["size"], [width, length, height])
+        w, x, y, z = box["quaternion"]
+        ahead = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+        assert np.allclose(camera_from_box[:3, 0], ahead, atol=1e-9)
+        level = 1 + sum(box["visible"] >= np.float32(least) for least in (0.4, 0.6, 0.8))
+        assert annotation["visibility_token"] == str(level)
+        assert annotation["num_lidar_pts"] == (returns == box["id"]).sum()
+        assert instance["nbr_annotations"] == 3
+assert any(annotation["num_lidar_pts"] > 30 for annotation in tables["sample_annotation"])
+
 manifest = json.loads((folder / "manifest.json").read_text())
 files = {str(path.relative_to(folder)).replace("\\", "/") for path in folder.rglob("*") if path.is_file()}
 assert set(manifest["blake3"]) == files - {"manifest.json"}, files ^ set(manifest["blake3"])
-print(f"{len(images)} pictures, {things} things, {scans} folders of scans")
+annotations = len(tables["sample_annotation"])
+print(f"{len(images)} pictures, {things} things, {scans} folders of scans, {annotations} annotations")

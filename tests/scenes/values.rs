@@ -22,6 +22,7 @@ fn values_reach_their_components() {
             (name: "b", light: spot(cutoff_degrees: 30, exponent: 4, range: 9, on: false)),
             (name: "c", light: spot(outer_degrees: 30, ambient: (1, 2, 3), attenuation: (1, 2, 3))),
             (name: "c2", light: point(color: kelvin(2700), attenuation: inverse_square, range: 9)),
+            (name: "c3", light: point(temperature_kelvin: 2700, attenuation: inverse_square, range: 9)),
             (name: "d", light: directional(color: (1, 0, 0), intensity: 2)),
             (name: "e", camera: (orthographic_half_height: 3, aspect: 2, near: 1)),
             (name: "f", camera: (fov_y_degrees: 90, far: 50, aspect: 2), transform: (look_at: (5, 0, 0))),
@@ -49,7 +50,7 @@ fn values_reach_their_components() {
     let cone = LightKind::Spot { outer: 30f32.to_radians(), inner: Some(24f32.to_radians()), exponent: 0.0 };
     assert_eq!((c.kind, c.ambient, c.attenuation), (cone, Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.0)));
     let lamp = Light::point(1.0, 9.0).with_kelvin(2700.0).with_attenuation(Light::INVERSE_SQUARE);
-    assert_eq!(light(world, "c2"), lamp);
+    assert_eq!([light(world, "c2"), light(world, "c3")], [lamp.clone(), lamp.clone()]);
     assert_eq!(lamp.attenuation, Vec3::Z, "1 / d²");
     assert_eq!(light(world, "d"), Light::directional(2.0).with_color(Vec3::X));
     let cameras: Vec<&str> = scene.cameras.iter().map(|(name, _)| name.as_str()).collect();

@@ -1,4 +1,4 @@
-//! `relief render --sensors --format coco,kitti,video` as others read it, and what it refuses.
+//! `relief render --sensors --format coco,kitti,nuscenes,video` as others read it, and what it refuses.
 
 use crate::common::{self, assert_fails, files, scene_folder, succeeds, text};
 use std::fs;
@@ -39,15 +39,15 @@ fn render(folder: &Path, formats: &str, more: &[&str]) {
 }
 
 #[test]
-fn others_read_the_labels_of_coco_and_the_folders_of_kitti() {
+fn others_read_the_labels_of_coco_the_folders_of_kitti_and_the_tables_of_nuscenes() {
     let Some(_) = common::gpu() else { return };
     let folder = scene_folder(SCENE);
-    render(folder.path(), "npy,coco,kitti", &[]);
+    render(folder.path(), "npy,coco,kitti,nuscenes", &[]);
     let out = folder.path().join("out");
     let modules = ["cv2", "numpy", "panopticapi.evaluation", "pycocotools"];
     let Some(output) = common::python("sensor_formats.py", &modules, &[out.as_os_str()]) else { return };
     // So that nothing passes for want of being read.
-    assert_eq!(text(&output.stdout).trim(), "3 pictures, 6 things, 3 folders of scans");
+    assert_eq!(text(&output.stdout).trim(), "3 pictures, 6 things, 3 folders of scans, 6 annotations");
 }
 
 #[test]
@@ -156,6 +156,8 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
     };
     let coco = "format coco: expected a camera with color, instance and class; no sensor asked for is one";
     refused(&["--sensors", "ego/rear,post", "--format", "npy,coco"], &[coco]);
+    let nuscenes = "format nuscenes: expected a camera with color and boxes and the lens of a pinhole; no sensor";
+    refused(&["--sensors", "ego/rear,post", "--format", "npy,nuscenes"], &[nuscenes]);
     refused(
         &["--sensors", "post", "--format", "npy,video"],
         &["format video: expected a camera with an output that is a picture"],

@@ -1,6 +1,6 @@
 //! Captures of cameras: one of one world, or the same camera of several.
 
-use crate::captures::common::{Arrays, Common};
+use crate::captures::common::{Arrays, Common, arrays as array_getters, common};
 use crate::captures::lens::{camera_matrix, coefficients, model};
 use crate::given::arguments::required;
 use numpy::ndarray::ArrayD;
@@ -51,12 +51,12 @@ fn array<'py, T: Element>(py: Python<'py>, shape: &[usize], values: Vec<T>) -> P
     Ok(array.into_pyarray(py).into_any())
 }
 
-/// A vector of the vectors of several captures.
-fn joined<T>(of: Vec<Vec<T>>) -> Vec<T> {
-    let mut of = of.into_iter();
-    let mut all = of.next().unwrap_or_default();
-    all.reserve_exact(of.as_slice().iter().map(Vec::len).sum());
-    of.for_each(|mut more| all.append(&mut more));
+/// The vectors of several captures as one, taken out of them.
+fn taken<T>(captures: &mut [Captured], field: fn(&mut Captured) -> &mut Vec<T>) -> Vec<T> {
+    let mut each = captures.iter_mut().map(|captured| std::mem::take(field(captured))).collect::<Vec<_>>().into_iter();
+    let mut all = each.next().unwrap_or_default();
+    all.reserve_exact(each.as_slice().iter().map(Vec::len).sum());
+    each.for_each(|mut more| all.append(&mut more));
     all
 }
 
@@ -83,53 +83,35 @@ fn arrays(py: Python<'_>, captures: &mut [Captured], lead: &[usize]) -> PyResult
         let of_each = captures.iter().map(|captured| boxes(py, captured)).collect::<PyResult<Vec<_>>>()?;
         arrays.add("boxes", of_each.into_pyobject(py)?.into_any());
     }
-    let columns = captures;
+    for captured in captures.iter_mut() {
+        let flows = [(CameraOutput::Flow, &mut captured.flow), (CameraOutput::FlowBack, &mut captured.flow_back)];
+        for (_, flow) in flows.into_iter().filter(|(output, _)| outputs.has(*output)) {
+            // None of a camera that captured nothing before.
+            flow.pixels.resize(height * width, [0.0; 2]);
+            flow.flags.resize(height * width, 0);
+        }
+    }
     macro_rules! output {
-        ($output:ident, $name:literal, $field:ident, $shape:expr) => {
+        ($output:ident, $name:literal, $($field:ident).+, $shape:expr $(, $flat:ident)?) => {
             if outputs.has(CameraOutput::$output) {
-                let values = joined(columns.iter_mut().map(|own| std::mem::take(&mut own.$field)).collect());
-                arrays.add($name, array(py, $shape, values)?);
-            }
-        };
-        ($output:ident, $name:literal, $field:ident, $shape:expr, flat) => {
-            if outputs.has(CameraOutput::$output) {
-                let values = joined(columns.iter_mut().map(|own| std::mem::take(&mut own.$field)).collect());
-                arrays.add($name, array(py, $shape, values.into_flattened())?);
+                let values = taken(captures, |captured| &mut captured.$($field).+);
+                arrays.add($name, array(py, $shape, values$(.$flat())?)?);
             }
         };
     }
-    output!(Color, "color", color, &triples, flat);
-    output!(Linear, "linear", linear, &triples, flat);
+    output!(Color, "color", color, &triples, into_flattened);
+    output!(Linear, "linear", linear, &triples, into_flattened);
     output!(Depth, "depth", depth, &pixels);
     output!(Range, "range", range, &pixels);
-    output!(Normal, "normal", normal, &triples, flat);
+    output!(Normal, "normal", normal, &triples, into_flattened);
     output!(Instance, "instance", instance, &pixels);
     output!(Part, "part", part, &pixels);
     output!(Class, "class", class, &pixels);
     output!(Panoptic, "panoptic", panoptic, &pixels);
-    let count = columns.len() * height * width;
-    for (output, name, flags) in
-        [(CameraOutput::Flow, "flow", "flow_flags"), (CameraOutput::FlowBack, "flow_back", "flow_back_flags")]
-    {
-        if outputs.has(output) {
-            let flows: Vec<_> = columns
-                .iter_mut()
-                .map(|own| {
-                    std::mem::take(if output == CameraOutput::Flow { &mut own.flow } else { &mut own.flow_back })
-                })
-                .collect();
-            let (mut vectors, mut known) = (Vec::with_capacity(count), Vec::with_capacity(count));
-            for mut flow in flows {
-                // None of a camera that captured nothing before.
-                flow.pixels.resize(height * width, [0.0; 2]);
-                flow.flags.resize(height * width, 0);
-                vectors.append(&mut flow.pixels);
-                known.append(&mut flow.flags);
-            }
-            arrays.add(name, array(py, &pairs, vectors.into_flattened())?);
-            arrays.add(flags, array(py, &pixels, known)?);
-        }
-    }
+    output!(Flow, "flow", flow.pixels, &pairs, into_flattened);
+    output!(Flow, "flow_flags", flow.flags, &pixels);
+    output!(FlowBack, "flow_back", flow_back.pixels, &pairs, into_flattened);
+    output!(FlowBack, "flow_back_flags", flow_back.flags, &pixels);
     Ok(arrays)
 }
 
@@ -165,6 +147,10 @@ impl CameraCapture {
         }
         Ok(())
     }
+
+    fn array(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
+        output(py, &self.arrays, name)
+    }
 }
 
 impl CameraBatch {
@@ -172,6 +158,10 @@ impl CameraBatch {
         let size = captures.first().map_or((0, 0), |first| (first.width, first.height));
         let count = captures.len();
         Ok(Self { steps, size, arrays: arrays(py, &mut captures, &[count])? })
+    }
+
+    fn array(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
+        output(py, &self.arrays, name)
     }
 }
 
@@ -183,165 +173,90 @@ fn output(py: Python<'_>, arrays: &Arrays, name: &str) -> PyResult<Py<PyAny>> {
     })
 }
 
-/// Getters of all outputs, for both.
+common! { CameraCapture,
+    /// From camera axes, X right, Y down, Z forward, to the scene's coordinates: float64 (4, 4).
+}
+
+/// Getters of all outputs. Those of batches have the worlds as their first axis.
 macro_rules! outputs {
-    ($class:ident { $($own:tt)* } $($(#[$doc:meta])* $getter:ident $name:literal;)*) => {
-        #[pymethods]
-        impl $class {
-            $(
-                $(#[$doc])*
-                #[getter]
-                fn $getter(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-                    output(py, &self.arrays, $name)
-                }
-            )*
-
-            /// The names of the arrays that there are.
-            fn keys(&self) -> Vec<&'static str> {
-                self.arrays.names()
-            }
-
-            /// The arrays by name.
-            fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                self.arrays.dict(py)
-            }
-
-            fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-                let name: String = required("name", name)?;
-                output(py, &self.arrays, &name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
-            }
-
-            fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
-                Ok(self.arrays.names().contains(&required::<String>("name", name)?.as_str()))
-            }
-
-            $($own)*
-        }
+    ($($class:ident)*) => {
+        $(array_getters! { $class:
+            /// Tone-mapped, sRGB: uint8 (H, W, 3).
+            color "color";
+            /// Linear, exposed, before the tone map: float16 (H, W, 3).
+            linear "linear";
+            /// Metres along the optical axis, infinite where there is nothing: float32 (H, W).
+            depth "depth";
+            /// Metres from the optical centre, infinite where there is nothing: float32 (H, W).
+            range "range";
+            /// Unit shading normals in camera axes, 0 where there is nothing: float32 (H, W, 3).
+            normal "normal";
+            /// Ids of things, 0 where there is nothing: uint32 (H, W).
+            instance "instance";
+            /// Ids of drawn entities, 0 where there is nothing: uint32 (H, W).
+            part "part";
+            /// Semantic classes, 0 where there is none: uint8 (H, W). `cap["class"]` is the same.
+            cls "class";
+            /// Instance ids in the encoding of Cityscapes: uint32 (H, W).
+            panoptic "panoptic";
+            /// A record for each thing in the picture: a structured array (N,), see docs/sensors.md; of a
+            /// batch, one for each world.
+            boxes "boxes";
+            /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32
+            /// (H, W, 2), pixels right and down.
+            flow "flow";
+            /// Flags of that flow: uint8 (H, W); 1 valid, 2 inside the picture, 4 seen there, 8 sky, added up.
+            flow_flags "flow_flags";
+            /// Backward optical flow: places in the capture before of points that the pixels show, float32 (H, W, 2),
+            /// pixels right and down.
+            flow_back "flow_back";
+            /// Flags of that flow: uint8 (H, W).
+            flow_back_flags "flow_back_flags";
+        })*
     };
 }
 
-outputs! { CameraCapture {
-        /// The sensor's full name.
-        #[getter]
-        fn name(&self) -> &str {
-            &self.common.name
-        }
+outputs! { CameraCapture CameraBatch }
 
-        /// Step number of the clock.
-        #[getter]
-        fn step(&self) -> u64 {
-            self.common.step
-        }
-
-        /// Seconds since the run began.
-        #[getter]
-        fn seconds(&self) -> f64 {
-            self.common.seconds()
-        }
-
-        /// The camera's matrix: float64 (3, 3), pixels. ``None`` where the projection is parallel.
-        #[getter]
-        #[allow(non_snake_case)]
-        fn K<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
-            self.intrinsics.as_ref().map(|intrinsics| camera_matrix(py, intrinsics))
-        }
-
-        /// Distortion coefficients of the lens in OpenCV's order, as `Sensor.D`: float64 (5,), (8,) or (4,). ``None``
-        /// where the projection is parallel.
-        #[getter]
-        #[allow(non_snake_case)]
-        fn D<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-            self.intrinsics.map(|_| coefficients(py, &self.lens))
-        }
-
-        /// "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls what `D` has. ``None`` where the
-        /// projection is parallel.
-        #[getter]
-        fn distortion_model(&self) -> Option<&'static str> {
-            self.intrinsics.map(|_| model(&self.lens))
-        }
-
-        /// From camera axes, X right, Y down, Z forward, to the scene's coordinates: float64 (4, 4).
-        #[getter]
-        fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-            self.common.matrix(py)
-        }
-
-        fn __repr__(&self) -> String {
-            let (width, height) = self.size;
-            format!("<camera {:?}, {width}x{height}: {}>", self.common.name, self.arrays.names().join(", "))
-        }
+#[pymethods]
+impl CameraCapture {
+    /// The camera's matrix: float64 (3, 3), pixels. ``None`` where the projection is parallel.
+    #[getter]
+    #[allow(non_snake_case)]
+    fn K<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
+        self.intrinsics.as_ref().map(|intrinsics| camera_matrix(py, intrinsics))
     }
-    /// Tone-mapped, sRGB: uint8 (H, W, 3).
-    color "color";
-    /// Linear, exposed, before the tone map: float16 (H, W, 3).
-    linear "linear";
-    /// Metres along the optical axis, infinite where there is nothing: float32 (H, W).
-    depth "depth";
-    /// Metres from the optical centre, infinite where there is nothing: float32 (H, W).
-    range "range";
-    /// Unit shading normals in camera axes, 0 where there is nothing: float32 (H, W, 3).
-    normal "normal";
-    /// Ids of things, 0 where there is nothing: uint32 (H, W).
-    instance "instance";
-    /// Ids of drawn entities, 0 where there is nothing: uint32 (H, W).
-    part "part";
-    /// Semantic classes, 0 where there is none: uint8 (H, W). `cap["class"]` is the same.
-    cls "class";
-    /// Instance ids in the encoding of Cityscapes: uint32 (H, W).
-    panoptic "panoptic";
-    /// A record for each thing in the picture: a structured array (N,), see docs/sensors.md.
-    boxes "boxes";
-    /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32 (H, W,
-    /// 2), pixels right and down.
-    flow "flow";
-    /// Flags of that flow: uint8 (H, W); 1 valid, 2 inside the picture, 4 seen there, 8 sky, added up.
-    flow_flags "flow_flags";
-    /// Backward optical flow: places in the capture before of points that the pixels show, float32 (H, W, 2), pixels
-    /// right and down.
-    flow_back "flow_back";
-    /// Flags of that flow: uint8 (H, W).
-    flow_back_flags "flow_back_flags";
+
+    /// Distortion coefficients of the lens in OpenCV's order, as `Sensor.D`: float64 (5,), (8,) or (4,). ``None``
+    /// where the projection is parallel.
+    #[getter]
+    #[allow(non_snake_case)]
+    fn D<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.intrinsics.map(|_| coefficients(py, &self.lens))
+    }
+
+    /// "plumb_bob", "rational_polynomial" or "equidistant", as ROS calls what `D` has. ``None`` where the
+    /// projection is parallel.
+    #[getter]
+    fn distortion_model(&self) -> Option<&'static str> {
+        self.intrinsics.map(|_| model(&self.lens))
+    }
+
+    fn __repr__(&self) -> String {
+        let (width, height) = self.size;
+        format!("<camera {:?}, {width}x{height}: {}>", self.common.name, self.arrays.names().join(", "))
+    }
 }
 
-outputs! { CameraBatch {
-        fn __len__(&self) -> usize {
-            self.steps.len()
-        }
-
-        fn __repr__(&self) -> String {
-            let (width, height) = self.size;
-            let (count, names) = (self.steps.len(), self.arrays.names().join(", "));
-            format!("<pictures of {count} worlds, {width}x{height}: {names}>")
-        }
+#[pymethods]
+impl CameraBatch {
+    fn __len__(&self) -> usize {
+        self.steps.len()
     }
-    /// Tone-mapped, sRGB: uint8 (N, H, W, 3).
-    color "color";
-    /// Linear, exposed, before the tone map: float16 (N, H, W, 3).
-    linear "linear";
-    /// Metres along the optical axis, infinite where there is nothing: float32 (N, H, W).
-    depth "depth";
-    /// Metres from the optical centre, infinite where there is nothing: float32 (N, H, W).
-    range "range";
-    /// Unit shading normals in camera axes, 0 where there is nothing: float32 (N, H, W, 3).
-    normal "normal";
-    /// Ids of things, 0 where there is nothing: uint32 (N, H, W).
-    instance "instance";
-    /// Ids of drawn entities, 0 where there is nothing: uint32 (N, H, W).
-    part "part";
-    /// Semantic classes, 0 where there is none: uint8 (N, H, W).
-    cls "class";
-    /// Instance ids in the encoding of Cityscapes: uint32 (N, H, W).
-    panoptic "panoptic";
-    /// A structured array for each world.
-    boxes "boxes";
-    /// Forward optical flow: places in this capture of points that the pixels of the one before show, float32 (N, H, W,
-    /// 2).
-    flow "flow";
-    /// Flags of that flow: uint8 (N, H, W).
-    flow_flags "flow_flags";
-    /// Backward optical flow: places in the capture before of points that the pixels show, float32 (N, H, W, 2).
-    flow_back "flow_back";
-    /// Flags of that flow: uint8 (N, H, W).
-    flow_back_flags "flow_back_flags";
+
+    fn __repr__(&self) -> String {
+        let (width, height) = self.size;
+        let (count, names) = (self.steps.len(), self.arrays.names().join(", "));
+        format!("<pictures of {count} worlds, {width}x{height}: {names}>")
+    }
 }

@@ -33,7 +33,8 @@ impl Capture {
     pub fn new(py: Python<'_>, captured: Captured, classes: &Classes, world: Weak<Shared>) -> PyResult<Self> {
         let Captured { step, nanoseconds, sensors } = captured;
         let sensors = sensors.into_iter().map(|mut sensor| {
-            let object = object(py, &mut sensor, (step, nanoseconds), classes)?;
+            let common = Common::of(&sensor, step, nanoseconds);
+            let object = object(py, &mut sensor, common, classes)?;
             Ok((sensor, object))
         });
         Ok(Self { step, nanoseconds, sensors: sensors.collect::<PyResult<_>>()?, world })
@@ -71,13 +72,7 @@ impl Capture {
 }
 
 /// Converts a measurement to the Python class of its kind, which takes its arrays.
-fn object(
-    py: Python<'_>,
-    sensor: &mut SensorCapture,
-    (step, nanoseconds): (u64, u64),
-    classes: &Classes,
-) -> PyResult<Py<PyAny>> {
-    let common = Common::of(sensor, step, nanoseconds);
+fn object(py: Python<'_>, sensor: &mut SensorCapture, common: Common, classes: &Classes) -> PyResult<Py<PyAny>> {
     Ok(match &mut sensor.data {
         SensorData::Camera(camera) => Py::new(py, CameraCapture::new(py, camera, common)?)?.into_any(),
         SensorData::Lidar(lidar) => Py::new(py, LidarCapture::new(py, lidar, common)?)?.into_any(),

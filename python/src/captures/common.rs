@@ -1,4 +1,4 @@
-//! Parts of captures: step, time and place of a sensor, and arrays by name.
+//! Parts of captures: step, time and place of a sensor, and arrays by name; and their getters, which classes share.
 
 use crate::given::values::matrix;
 use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods};
@@ -77,3 +77,72 @@ impl Arrays {
         Ok(dict)
     }
 }
+
+/// Getters of what captures of all sensors have. `$pose`: documentation of the sensor's pose.
+macro_rules! common {
+    ($class:ident, $(#[$pose:meta])*) => {
+        #[pymethods]
+        impl $class {
+            /// The sensor's full name.
+            #[getter]
+            fn name(&self) -> &str {
+                &self.common.name
+            }
+
+            /// Step number of the clock.
+            #[getter]
+            fn step(&self) -> u64 {
+                self.common.step
+            }
+
+            /// Seconds since the run began.
+            #[getter]
+            fn seconds(&self) -> f64 {
+                self.common.seconds()
+            }
+
+            $(#[$pose])*
+            #[getter]
+            fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+                self.common.matrix(py)
+            }
+        }
+    };
+}
+pub(super) use common;
+
+/// Getters of arrays, each with its name among the others, and what finds them by that.
+macro_rules! arrays {
+    ($class:ident: $($(#[$doc:meta])* $getter:ident $name:literal;)*) => {
+        #[pymethods]
+        impl $class {
+            $(
+                $(#[$doc])*
+                #[getter]
+                fn $getter(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+                    self.array(py, $name)
+                }
+            )*
+
+            /// The names of the arrays that there are.
+            fn keys(&self) -> Vec<&'static str> {
+                self.arrays.names()
+            }
+
+            /// The arrays by name.
+            fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                self.arrays.dict(py)
+            }
+
+            fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+                let name: String = required("name", name)?;
+                self.array(py, &name).map_err(|error| PyKeyError::new_err(error.value(py).to_string()))
+            }
+
+            fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+                Ok(self.arrays.names().contains(&required::<String>("name", name)?.as_str()))
+            }
+        }
+    };
+}
+pub(super) use arrays;

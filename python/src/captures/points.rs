@@ -1,11 +1,11 @@
 //! Captures of lidars.
 
-use crate::captures::common::{Arrays, Common};
+use crate::captures::common::{Arrays, Common, arrays, common};
 use crate::given::arguments::required;
 use crate::given::values::matrix;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pyo3::exceptions::{PyKeyError, PyRuntimeError};
+use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use relief::glam::DAffine3;
@@ -18,7 +18,12 @@ pub struct LidarCapture {
     common: Common,
     arrays: Arrays,
     beams: usize,
+    /// Nanoseconds since the run began when the first column was fired, which `time` counts from.
+    #[pyo3(get)]
     nanoseconds: u64,
+    /// True if each column was fired at its time, from where the sensor was then. If not, all are fired from where it
+    /// is at the capture.
+    #[pyo3(get)]
     sweep: bool,
     /// When the first column was fired.
     world_from_sensor_before: DAffine3,
@@ -65,116 +70,40 @@ impl LidarCapture {
     }
 
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
-        self.arrays.get(py, name).ok_or_else(|| PyKeyError::new_err(format!("a lidar has no {name:?}")))
+        self.arrays.get(py, name).ok_or_else(|| PyAttributeError::new_err(format!("a lidar has no {name:?}")))
     }
+}
+
+common! { LidarCapture,
+    /// From the axes of the points to the scene's coordinates, at the end of the interval: float64 (4, 4).
+}
+
+arrays! { LidarCapture:
+    /// Metres in the sensor's axes: float32 (N, 3).
+    xyz "xyz";
+    /// Metres along the beam: float32 (N,).
+    range "range";
+    /// Albedo times the cosine of the angle of incidence times what the air leaves, 0 to 1: float32 (N,).
+    intensity "intensity";
+    /// The beam's place in its column: uint16 (N,).
+    ring "ring";
+    /// Seconds since the first column: float32 (N,).
+    time "time";
+    /// Ids of things, 0 where there is no return: uint32 (N,).
+    instance "instance";
+    /// Semantic classes, 0 where there is none: uint8 (N,). `cap["class"]` is the same.
+    cls "class";
+    /// 1 where the beam has a return, else 0: uint8 (N,).
+    hit "hit";
 }
 
 #[pymethods]
 impl LidarCapture {
-    /// The sensor's full name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.common.name
-    }
-
-    /// Step number of the clock.
-    #[getter]
-    fn step(&self) -> u64 {
-        self.common.step
-    }
-
-    /// Seconds since the run began.
-    #[getter]
-    fn seconds(&self) -> f64 {
-        self.common.seconds()
-    }
-
-    /// Nanoseconds since the run began when the first column was fired, which `time` counts from.
-    #[getter]
-    fn nanoseconds(&self) -> u64 {
-        self.nanoseconds
-    }
-
-    /// True if each column was fired at its time, from where the sensor was then. If not, all are fired from where it
-    /// is at the capture.
-    #[getter]
-    fn sweep(&self) -> bool {
-        self.sweep
-    }
-
-    /// From the axes of the points to the scene's coordinates, at the end of the interval: float64 (4, 4).
-    #[getter]
-    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        self.common.matrix(py)
-    }
-
-    /// The same when the first column was fired: float64 (4, 4). Equal to the other unless the sensor sweeps, and in
+    /// `world_from_sensor` when the first column was fired: float64 (4, 4). Equal to that unless the sensor sweeps, and in
     /// its first capture. Between the two it goes straight ahead and turns evenly.
     #[getter]
     fn world_from_sensor_before<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         matrix(py, &self.world_from_sensor_before)
-    }
-
-    /// Metres in the sensor's axes: float32 (N, 3).
-    #[getter]
-    fn xyz(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "xyz")
-    }
-
-    /// Metres along the beam: float32 (N,).
-    #[getter]
-    fn range(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "range")
-    }
-
-    /// Albedo times the cosine of the angle of incidence times what the air leaves, 0 to 1: float32 (N,).
-    #[getter]
-    fn intensity(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "intensity")
-    }
-
-    /// The beam's place in its column: uint16 (N,).
-    #[getter]
-    fn ring(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "ring")
-    }
-
-    /// Seconds since the first column: float32 (N,).
-    #[getter]
-    fn time(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "time")
-    }
-
-    /// Ids of things, 0 where there is no return: uint32 (N,).
-    #[getter]
-    fn instance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "instance")
-    }
-
-    /// Semantic classes, 0 where there is none: uint8 (N,). `cap["class"]` is the same.
-    #[getter]
-    fn cls(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "class")
-    }
-
-    /// 1 where the beam has a return, else 0: uint8 (N,).
-    #[getter]
-    fn hit(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.array(py, "hit")
-    }
-
-    /// The names of the arrays.
-    fn keys(&self) -> Vec<&'static str> {
-        self.arrays.names()
-    }
-
-    /// The arrays by name.
-    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.arrays.dict(py)
-    }
-
-    fn __getitem__(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-        self.array(py, &required::<String>("name", name)?)
     }
 
     fn __len__(&self) -> usize {

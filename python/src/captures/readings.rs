@@ -1,6 +1,6 @@
 //! Readings of motion sensors, and of those for what is around a vehicle.
 
-use crate::captures::common::Common;
+use crate::captures::common::{Common, common};
 use crate::errors::Failure;
 use crate::given::arguments::required;
 use crate::given::described::shown;
@@ -65,30 +65,10 @@ impl Reading {
         let given = |(topic, message): (_, Encoded)| (topic, message.message_type, PyBytes::new(py, &message.bytes));
         Ok(messages.into_iter().map(given).collect())
     }
+}
 
-    /// The sensor's full name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.common.name
-    }
-
-    /// Step number of the clock.
-    #[getter]
-    fn step(&self) -> u64 {
-        self.common.step
-    }
-
-    /// Seconds since the run began.
-    #[getter]
-    fn seconds(&self) -> f64 {
-        self.common.seconds()
-    }
-
+common! { Reading,
     /// From the sensor's axes, X forward, Y left, Z up, to the scene's coordinates: float64 (4, 4).
-    #[getter]
-    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        self.common.matrix(py)
-    }
 }
 
 /// Contact with another entity.

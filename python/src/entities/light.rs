@@ -1,13 +1,16 @@
 //! Lights of a world.
 
 use crate::entities::entity::Entity;
-use crate::errors::Failure;
+use crate::entities::own::with;
+use crate::errors::{Failure, Outcome};
 use crate::given::arguments::required;
 use crate::given::described::{convert, shown, values};
 use crate::given::light::Light;
+use crate::worlds::world::World;
 use pyo3::prelude::*;
 use relief::systems::describe::{faults, fields, schema};
 use relief::systems::lights::{self, LightDescription, LightFields};
+use relief::systems::run::registry::StateId;
 use relief::systems::run::standard_inputs::EditLight;
 use serde_json::json;
 
@@ -49,8 +52,7 @@ impl LightEntity {
         let before = LightDescription::from(&now);
         let mut fields = values(before.fields())?;
         fields[name] = value;
-        let edited: LightDescription =
-            serde_json::from_value(json!({ kind: fields })).map_err(|error| Failure::value(error.to_string()))?;
+        let edited = before.edited(fields).map_err(|error| Failure::value(error.to_string()))?;
         // Lights of files may be beyond the ranges of descriptions, and are left so.
         let known = faults(&before);
         match faults(&edited).into_iter().find(|fault| !known.contains(fault)) {
@@ -61,21 +63,17 @@ impl LightEntity {
 }
 
 fn light(own: &PyRef<'_, LightEntity>) -> PyResult<lights::Light> {
-    let entity: &Entity = own.as_super();
-    let id = entity.id;
-    entity.with(own.py(), move |world| {
-        let light = world.component::<lights::Light>(id)?;
-        light.ok_or_else(|| Failure::Gone(format!("the light of entity {}", id.0 + 1)))
-    })
+    with(own, light_of)
+}
+
+fn light_of(world: &mut World, id: StateId) -> Outcome<lights::Light> {
+    let light = world.component::<lights::Light>(id)?;
+    light.ok_or_else(|| Failure::Gone(format!("the light of entity {}", id.0 + 1)))
 }
 
 fn apply(own: &PyRef<'_, LightEntity>, light: lights::Light) -> PyResult<()> {
-    let entity: &Entity = own.as_super();
-    let id = entity.id;
-    entity.with(own.py(), move |world| {
-        world
-            .component::<lights::Light>(id)?
-            .ok_or_else(|| Failure::Gone(format!("the light of entity {}", id.0 + 1)))?;
-        world.apply(EditLight { entity: id, light })
+    with(own, |world, entity| {
+        light_of(world, entity)?;
+        world.apply(EditLight { entity, light })
     })
 }

@@ -6,6 +6,7 @@ pub mod entity;
 pub mod light;
 mod mounted;
 pub mod mounting;
+mod own;
 pub mod portal;
 pub mod sensor;
 pub mod vehicle;

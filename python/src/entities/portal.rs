@@ -1,6 +1,7 @@
 //! Portals between rooms: doors and windows.
 
 use crate::entities::entity::Entity;
+use crate::entities::own::with;
 use crate::errors::Failure;
 use crate::given::arguments::required;
 use pyo3::prelude::*;
@@ -17,20 +18,16 @@ impl Portal {
     /// Openness: 0 shut, no light comes through; 1 all the way. A door that is set moves no more by itself.
     #[getter]
     fn open(own: PyRef<'_, Self>) -> PyResult<f32> {
-        let entity: &Entity = own.as_super();
-        let id = entity.id;
-        entity.with(own.py(), move |world| Ok(world.component::<cells::Portal>(id)?.unwrap_or_default().open))
+        with(&own, |world, id| Ok(world.component::<cells::Portal>(id)?.unwrap_or_default().open))
     }
 
     #[setter]
     fn set_open(own: PyRef<'_, Self>, open: &Bound<'_, PyAny>) -> PyResult<()> {
         let open = required::<f32>("open", open)?;
         check(&cells::Portal { open }).map_err(|fault| Failure::value(fault.to_string()))?;
-        let entity: &Entity = own.as_super();
-        let id = entity.id;
-        entity.with(own.py(), move |world| {
-            world.entity(id)?;
-            world.apply(SetPortal { entity: id, open })
+        with(&own, |world, entity| {
+            world.entity(entity)?;
+            world.apply(SetPortal { entity, open })
         })
     }
 }

@@ -1,8 +1,10 @@
 //! Vehicles.
 
 use crate::entities::entity::Entity;
+use crate::entities::own::with;
 use crate::errors::{Failure, Outcome};
-use crate::given::arguments::{Given, optional, required};
+use crate::getters::getters;
+use crate::given::arguments::{Given, one_of, optional, required, within};
 use crate::given::values::Point;
 use crate::worlds::world::World;
 use pyo3::exceptions::PyDeprecationWarning;
@@ -38,96 +40,47 @@ const MOST_TURNING: f64 = 100.0;
 #[pyclass(frozen, extends = Entity, module = "relief")]
 pub struct Vehicle;
 
-#[pymethods]
-impl Vehicle {
+getters! { with, Vehicle:
     /// The name of its type.
-    #[getter]
-    fn type_(own: PyRef<'_, Self>) -> PyResult<String> {
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        entity.with(py, move |world| {
-            let vehicle = world.component::<vehicles::Vehicle>(id)?;
-            let types = world.simulation.world.resource::<VehicleTypes>();
-            Ok(vehicle.map_or_else(String::new, |vehicle| types.get(vehicle.kind).name.clone()))
-        })
-    }
-
+    type_: String = |world, id| type_of(world, id)?;
     /// Metres per second along its own forward; negative in reverse.
-    #[getter]
-    fn speed(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.speed)
-    }
-
+    speed: f64 = |world, id| motion(world, id)?.speed;
     /// Acceleration along its forward, m/s².
-    #[getter]
-    fn acceleration(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.acceleration.into())
-    }
-
+    acceleration: f32 = |world, id| motion(world, id)?.acceleration;
     /// Radians about the world's +Y, 0 along +Z, left positive.
-    #[getter]
-    fn yaw(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.yaw)
-    }
-
+    yaw: f64 = |world, id| motion(world, id)?.yaw;
     /// Steering angle of the front wheels, radians, left positive.
-    #[getter]
-    fn steering(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.steering.into())
-    }
-
+    steering: f32 = |world, id| motion(world, id)?.steering;
     /// Metres along its own forward since it came to be.
-    #[getter]
-    fn rolled(own: PyRef<'_, Self>) -> PyResult<f64> {
-        motion(&own, |motion| motion.rolled)
-    }
-
+    rolled: f64 = |world, id| motion(world, id)?.rolled;
     /// The name of the route that it follows; ``None``: it has none.
-    #[getter]
-    fn route(own: PyRef<'_, Self>) -> PyResult<Option<String>> {
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        entity.with(py, move |world| {
-            let on = world.component::<OnRoute>(id)?;
-            let routes = world.simulation.world.resource::<Routes>();
-            Ok(on.and_then(|on| Some(routes.get(on.route)?.plan.name.clone())))
-        })
-    }
-
+    route: Option<String> = |world, id| route_of(world, id)?;
     /// The lane of its route that it is in or changes to, 0 the outermost; ``None`` without a route. Where it
     /// does not follow its route, this, `along` and `offset` are those of the nearest place of it.
-    #[getter]
-    fn lane(own: PyRef<'_, Self>) -> PyResult<Option<u32>> {
-        on_route(&own, |on| on.lane)
-    }
-
+    lane: Option<u32> = |world, id| place_on_route(world, id)?.map(|on| on.lane);
     /// Metres along its route's centre line from its beginning; ``None`` without a route.
-    #[getter]
-    fn along(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
-        on_route(&own, |on| on.along)
-    }
-
+    along: Option<f64> = |world, id| place_on_route(world, id)?.map(|on| on.along);
     /// Metres from the middle of the lane that it is in or changes to, left positive; ``None`` without a route.
-    #[getter]
-    fn offset(own: PyRef<'_, Self>) -> PyResult<Option<f64>> {
-        on_route(&own, |on| on.offset)
-    }
+    offset: Option<f64> = |world, id| place_on_route(world, id)?.map(|on| on.offset);
+    /// Source of its motion: "route", "manual" (it goes by `drive`) or "external" (it goes by `move`).
+    motion_source: &'static str = |world, id| {
+        name::of(&MOTION_SOURCES, MotionSource::of(&world.simulation.world, world.entity(id)?))
+    };
+}
 
+#[pymethods]
+impl Vehicle {
     /// Goes by `drive` even where it has a route; without a route it does so anyway. Setting it to ``False`` lets its
     /// route have it.
     #[getter]
     fn manual(own: PyRef<'_, Self>) -> PyResult<bool> {
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        entity.with(py, move |world| Ok(world.component::<ManualControl>(id)?.is_some()))
+        with(&own, |world, id| Ok(world.component::<ManualControl>(id)?.is_some()))
     }
 
     #[setter]
     fn set_manual(own: PyRef<'_, Self>, manual: &Bound<'_, PyAny>) -> PyResult<()> {
         let manual = required("manual", manual)?;
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        entity.with(py, move |world| {
+        with(&own, |world, id| {
             world.entity(id)?;
             world.apply(SetManualControl { vehicle: id, manual })
         })
@@ -144,15 +97,6 @@ impl Vehicle {
     fn set_by_hand(own: PyRef<'_, Self>, by_hand: &Bound<'_, PyAny>) -> PyResult<()> {
         warn_of_by_hand(own.py())?;
         Self::set_manual(own, by_hand)
-    }
-
-    /// Source of its motion: "route", "manual" (it goes by `drive`) or "external" (it goes by `move`).
-    #[getter]
-    fn motion_source(own: PyRef<'_, Self>) -> PyResult<&'static str> {
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        let source = entity.with(py, move |world| Ok(MotionSource::of(&world.simulation.world, world.entity(id)?)))?;
-        Ok(name::of(&MOTION_SOURCES, source))
     }
 
     /// Moves it from outside, as another simulator or a trace has it: it is `at` a place in the scene, metres, turned
@@ -178,23 +122,19 @@ impl Vehicle {
         yaw_rate: Given<'_, '_>,
         stamp: Given<'_, '_>,
     ) -> PyResult<()> {
-        let (py, entity) = (own.py(), own.as_super());
         let Point(at) = required("at", at)?;
-        let [yaw, pitch, roll] = [
-            within("yaw", yaw, "radians", MOST_TURNED)?,
-            within("pitch", pitch, "radians", MOST_TURNED)?,
-            within("roll", roll, "radians", MOST_TURNED)?,
-        ];
+        let turned = |name, given| within(name, given, "radians", -MOST_TURNED..=MOST_TURNED);
+        let (yaw, pitch, roll) = (turned("yaw", yaw)?, turned("pitch", pitch)?, turned("roll", roll)?);
         let velocity = optional::<Point>("velocity", velocity)?.map_or(DVec3::ZERO, |velocity| velocity.0);
         if velocity.length() > FASTEST {
             let found = velocity.length();
             return Err(Failure::value(format!("velocity: expected at most {FASTEST:.1} m/s, found {found}")).into());
         }
-        let yaw_rate = within("yaw_rate", yaw_rate, "radians per second", MOST_TURNING)?.unwrap_or_default();
+        let yaw_rate = within("yaw_rate", yaw_rate, "radians per second", -MOST_TURNING..=MOST_TURNING)?;
+        let yaw_rate = yaw_rate.unwrap_or_default();
         let stamp = optional::<f64>("stamp", stamp)?;
         let tilt = (pitch.is_some() || roll.is_some()).then(|| [pitch, roll].map(Option::unwrap_or_default));
-        let id = entity.id;
-        entity.with(py, move |world| {
+        with(&own, |world, id| {
             let last = world.component::<External>(id)?.map(|external| external.stamp());
             let now = world.simulation.world.resource::<Clock>().seconds();
             let stamp = stamp.unwrap_or(now);
@@ -210,9 +150,7 @@ impl Vehicle {
 
     /// Ends motion from outside: it goes on by its route, or by `drive`.
     fn release(own: PyRef<'_, Self>) -> PyResult<()> {
-        let (py, entity) = (own.py(), own.as_super());
-        let id = entity.id;
-        entity.with(py, move |world| {
+        with(&own, |world, id| {
             world.entity(id)?;
             world.apply(ReleaseVehicle(id))
         })
@@ -221,10 +159,8 @@ impl Vehicle {
     /// Control inputs: a dict with `throttle`, `brake`, `steer`, `headlights` and `indicator`.
     #[getter]
     fn controls<'py>(own: PyRef<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let py = own.py();
-        let (entity, id) = (own.as_super(), own.as_super().id);
-        let controls = entity.with(py, move |world| Ok(world.component::<Controls>(id)?.unwrap_or_default()))?;
-        let dict = PyDict::new(py);
+        let controls = with(&own, |world, id| Ok(world.component::<Controls>(id)?.unwrap_or_default()))?;
+        let dict = PyDict::new(own.py());
         dict.set_item("throttle", controls.throttle)?;
         dict.set_item("brake", controls.brake)?;
         dict.set_item("steer", controls.steer)?;
@@ -249,56 +185,62 @@ impl Vehicle {
         headlights: Given<'_, '_>,
         indicator: Given<'_, '_>,
     ) -> PyResult<()> {
-        let (py, entity) = (own.py(), own.as_super());
-        let throttle = optional::<f32>("throttle", throttle)?;
-        let (brake, steer) = (optional::<f32>("brake", brake)?, optional::<f32>("steer", steer)?);
-        let headlights = optional::<String>("headlights", headlights)?;
-        let headlights = headlights.map(|wanted| name::find("headlights", &HEADLIGHTS, &wanted));
-        let headlights = headlights.transpose().map_err(Failure::Value)?;
-        let indicator = optional::<String>("indicator", indicator)?;
-        let indicator = indicator.map(|wanted| name::find("indicator", &INDICATORS, &wanted));
-        let indicator = indicator.transpose().map_err(Failure::Value)?;
-        for (name, value, least) in [("throttle", throttle, -1.0), ("brake", brake, 0.0), ("steer", steer, -1.0)] {
-            if let Some(value) = value.filter(|value| !(least..=1.0).contains(value)) {
-                return Err(
-                    Failure::value(format!("{name}: expected a number from {least} to 1, found {value}")).into()
-                );
-            }
-        }
-        let id = entity.id;
-        let turns = matches!(indicator, Some(Indicator::Left | Indicator::Right));
-        let moves = throttle.is_some() || brake.is_some() || steer.is_some();
-        entity.with(py, move |world| {
-            refuse_unless_manual(world, id, (moves, turns))?;
+        let number = |name, given, least: f32| within(name, given, "a number", least..=1.0);
+        let asked = Asked {
+            throttle: number("throttle", throttle, -1.0)?,
+            brake: number("brake", brake, 0.0)?,
+            steer: number("steer", steer, -1.0)?,
+            headlights: one_of("headlights", headlights, &HEADLIGHTS)?,
+            indicator: one_of("indicator", indicator, &INDICATORS)?,
+        };
+        with(&own, |world, id| {
+            asked.refuse_unless_manual(world, id)?;
             let now = world.component::<Controls>(id)?.unwrap_or_default();
             let controls = Controls {
-                throttle: throttle.unwrap_or(now.throttle),
-                brake: brake.unwrap_or(now.brake),
-                steer: steer.unwrap_or(now.steer),
-                headlights: headlights.unwrap_or(now.headlights),
-                indicator: indicator.unwrap_or(now.indicator),
+                throttle: asked.throttle.unwrap_or(now.throttle),
+                brake: asked.brake.unwrap_or(now.brake),
+                steer: asked.steer.unwrap_or(now.steer),
+                headlights: asked.headlights.unwrap_or(now.headlights),
+                indicator: asked.indicator.unwrap_or(now.indicator),
             };
             world.apply(Drive { vehicle: id, controls })
         })
     }
 }
 
-/// Refuses controls that would have no effect: pedals where something else moves it, indicators on a route.
-fn refuse_unless_manual(world: &World, id: StateId, (moves, turns): (bool, bool)) -> Outcome<()> {
-    let entity = world.entity(id)?;
-    let vehicle = name::of_entity(&world.simulation.world, entity);
-    match MotionSource::of(&world.simulation.world, entity) {
-        MotionSource::Route if moves || turns => {
-            let routes = world.simulation.world.resource::<Routes>();
-            let on = world.component::<OnRoute>(id)?.and_then(|on| routes.get(on.route));
-            let route = on.map_or("", |route| route.plan.name.as_str());
-            Err(Failure::value(format!("{vehicle:?} goes by its route, {route:?}; set manual to True to drive it")))
+/// Controls that were asked for.
+struct Asked {
+    throttle: Option<f32>,
+    brake: Option<f32>,
+    steer: Option<f32>,
+    headlights: Option<Headlights>,
+    indicator: Option<Indicator>,
+}
+
+impl Asked {
+    /// Refuses controls that would have no effect: pedals where something else moves it, indicators on a route.
+    fn refuse_unless_manual(&self, world: &World, id: StateId) -> Outcome<()> {
+        let moves = self.throttle.is_some() || self.brake.is_some() || self.steer.is_some();
+        let turns = matches!(self.indicator, Some(Indicator::Left | Indicator::Right));
+        let entity = world.entity(id)?;
+        let vehicle = name::of_entity(&world.simulation.world, entity);
+        match MotionSource::of(&world.simulation.world, entity) {
+            MotionSource::Route if moves || turns => {
+                let route = route_of(world, id)?.unwrap_or_default();
+                Err(Failure::value(format!("{vehicle:?} goes by its route, {route:?}; set manual to True to drive it")))
+            }
+            MotionSource::External if moves => {
+                Err(Failure::value(format!("{vehicle:?} is moved from outside; call release() to drive it")))
+            }
+            _ => Ok(()),
         }
-        MotionSource::External if moves => {
-            Err(Failure::value(format!("{vehicle:?} is moved from outside; call release() to drive it")))
-        }
-        _ => Ok(()),
     }
+}
+
+/// The name of the route that a vehicle is on.
+fn route_of(world: &World, id: StateId) -> Outcome<Option<String>> {
+    let routes = world.simulation.world.resource::<Routes>();
+    Ok(world.component::<OnRoute>(id)?.and_then(|on| Some(routes.get(on.route)?.plan.name.clone())))
 }
 
 /// Warns of the old name of `manual`.
@@ -306,21 +248,14 @@ pub fn warn_of_by_hand(py: Python<'_>) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyDeprecationWarning>(), c"by_hand is deprecated; use manual", 1)
 }
 
-/// A number that may be left out, from `-most` to `most`.
-fn within(name: &str, given: Given<'_, '_>, unit: &str, most: f64) -> PyResult<Option<f64>> {
-    let number = optional::<f64>(name, given)?;
-    match number.filter(|number| !(-most..=most).contains(number)) {
-        Some(found) => {
-            Err(Failure::value(format!("{name}: expected {unit} from -{most} to {most}, found {found}")).into())
-        }
-        None => Ok(number),
-    }
+fn motion(world: &World, id: StateId) -> Outcome<Motion> {
+    Ok(world.component::<Motion>(id)?.unwrap_or_default())
 }
 
-fn motion(own: &PyRef<'_, Vehicle>, value: impl FnOnce(&Motion) -> f64 + Send) -> PyResult<f64> {
-    let entity: &Entity = own.as_super();
-    let id: StateId = entity.id;
-    entity.with(own.py(), move |world| Ok(value(&world.component::<Motion>(id)?.unwrap_or_default())))
+fn type_of(world: &World, id: StateId) -> Outcome<String> {
+    let vehicle = world.component::<vehicles::Vehicle>(id)?;
+    let types = world.simulation.world.resource::<VehicleTypes>();
+    Ok(vehicle.map_or_else(String::new, |vehicle| types.get(vehicle.kind).name.clone()))
 }
 
 /// A vehicle's place on its route.
@@ -328,12 +263,6 @@ struct PlaceOnRoute {
     lane: u32,
     along: f64,
     offset: f64,
-}
-
-fn on_route<T: Send>(own: &PyRef<'_, Vehicle>, value: impl FnOnce(PlaceOnRoute) -> T + Send) -> PyResult<Option<T>> {
-    let entity: &Entity = own.as_super();
-    let id: StateId = entity.id;
-    entity.with(own.py(), move |world| Ok(place_on_route(world, id)?.map(value)))
 }
 
 fn place_on_route(world: &World, id: StateId) -> Outcome<Option<PlaceOnRoute>> {

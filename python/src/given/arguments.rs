@@ -9,6 +9,8 @@ use pyo3::types::{
     PyByteArray, PyBytes, PyComplex, PyDict, PyFrozenSet, PyIterator, PyMemoryView, PySet, PyString, PyTuple,
 };
 use relief::name;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// An argument that may be left out; ``None`` stands for that.
@@ -85,6 +87,29 @@ pub fn required<T: Argument>(name: &str, given: &Bound<'_, PyAny>) -> PyResult<T
 /// An argument that may be left out.
 pub fn optional<T: Argument>(name: &str, given: Given<'_, '_>) -> PyResult<Option<T>> {
     given.filter(|given| !given.is_none()).map(|given| required(name, given)).transpose()
+}
+
+/// A number that may be left out, within a range. `what`: its unit, or what it is.
+pub fn within<T: Argument + PartialOrd + Display>(
+    name: &str,
+    given: Given<'_, '_>,
+    what: &str,
+    range: RangeInclusive<T>,
+) -> PyResult<Option<T>> {
+    let number = optional::<T>(name, given)?;
+    match number.as_ref().filter(|number| !range.contains(number)) {
+        Some(found) => {
+            let (least, most) = (range.start(), range.end());
+            Err(PyValueError::new_err(format!("{name}: expected {what} from {least} to {most}, found {found}")))
+        }
+        None => Ok(number),
+    }
+}
+
+/// The value of a name in a table; the name may be left out.
+pub fn one_of<T: Copy>(name: &str, given: Given<'_, '_>, table: &[(&str, T)]) -> PyResult<Option<T>> {
+    let wanted = optional::<String>(name, given)?.map(|wanted| name::find(name, table, &wanted));
+    wanted.transpose().map_err(PyValueError::new_err)
 }
 
 /// Exception for a refused value, with a message that names the argument.

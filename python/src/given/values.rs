@@ -1,7 +1,7 @@
 //! Values of arguments: numbers in sequences or arrays, places, and how things are turned.
 
 use crate::errors::{Failure, Outcome};
-use crate::given::arguments::{Argument, Given, found, items, number, optional};
+use crate::given::arguments::{Argument, Given, found, items, number, optional, within};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -104,11 +104,7 @@ impl Placing {
         let at = optional::<Point>("at", at)?.map_or(DVec3::ZERO, |at| at.0);
         let mut angles = [0.0; 3];
         for ((name, given), angle) in ["yaw", "pitch", "roll"].into_iter().zip(turn).zip(&mut angles) {
-            *angle = optional::<f64>(name, given)?.unwrap_or(0.0);
-            if !(-1e4..=1e4).contains(angle) {
-                let message = format!("{name}: expected radians from -10000 to 10000, found {angle}");
-                return Err(Failure::value(message).into());
-            }
+            *angle = within(name, given, "radians", -1e4..=1e4)?.unwrap_or(0.0);
         }
         let look_at = optional::<Point>("look_at", look_at)?.map(|point| point.0);
         if look_at.is_some() && angles[..2] != [0.0, 0.0] {

@@ -3,6 +3,7 @@
 use crate::entities::classes::{wrap, wrap_as};
 use crate::entities::entity::Kind;
 use crate::errors::Failure;
+use crate::getters::getters;
 use crate::given::arguments::required;
 use crate::sims::roads::Route;
 use crate::sims::sim::Sim;
@@ -11,7 +12,7 @@ use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use relief::bevy_ecs::name::Name;
-use relief::bevy_ecs::prelude::{ChildOf, Entity};
+use relief::bevy_ecs::prelude::{ChildOf, Entity, World};
 use relief::name;
 use relief::systems::assets::MeshId;
 use relief::systems::draw::pieces::WholeMesh;
@@ -25,6 +26,15 @@ impl Sim {
         self.with(py, |world| Ok(world.simulation.world.resource::<Classes>().clone()))
     }
 
+    /// Names of the entities that have one and pass, in the order in which they came to be.
+    fn names_where(&self, py: Python<'_>, passes: fn(&World, Entity) -> bool) -> PyResult<Vec<String>> {
+        self.with(py, move |world| {
+            let own = &world.simulation.world;
+            let named = world.ids_where(|own, entity| own.get::<Name>(entity).is_some() && passes(own, entity));
+            Ok(named.into_iter().filter_map(|id| Some(own.get::<Name>(world.living(id)?)?.to_string())).collect())
+        })
+    }
+
     fn entities_of(&self, py: Python<'_>, kind: Option<Kind>) -> PyResult<Vec<Py<PyAny>>> {
         let ids = self.with(py, move |world| {
             let all = world.ids_where(|_, _| true);
@@ -34,6 +44,15 @@ impl Sim {
         let wanted = ids.into_iter().filter(|(_, found)| kind.is_none_or(|kind| kind == *found));
         wanted.map(|(id, kind)| wrap_as(py, &self.shared, id, kind)).collect()
     }
+}
+
+getters! { Sim::read, Sim:
+    /// Roads to follow, in the scene's order.
+    routes: Vec<Route> = |world| world.routes();
+    /// The names of vehicle types.
+    vehicle_types: Vec<String> = |world| {
+        world.simulation.world.resource::<VehicleTypes>().iter().map(|(_, known)| known.name.clone()).collect()
+    };
 }
 
 #[pymethods]
@@ -98,31 +117,15 @@ impl Sim {
     /// The names of the entities that have one, in the order in which they came to be.
     #[getter]
     fn names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |world| {
-            let named = world.ids_where(|world, entity| world.get::<Name>(entity).is_some());
-            let name = |id| Some(world.simulation.world.get::<Name>(world.living(id)?)?.to_string());
-            Ok(named.into_iter().filter_map(name).collect())
-        })
+        self.names_where(py, |_, _| true)
     }
 
     /// The names of what is drawn and can be drawn once more by `spawn_mesh`.
     #[getter]
     fn meshes(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |world| {
-            let is_drawn = |own: &relief::bevy_ecs::world::World, entity: Entity| {
-                own.get::<Name>(entity).is_some()
-                    && (own.get::<MeshId>(entity).is_some() || own.get::<WholeMesh>(entity).is_some())
-            };
-            let drawn = world.ids_where(is_drawn);
-            let name = |id| Some(world.simulation.world.get::<Name>(world.living(id)?)?.to_string());
-            Ok(drawn.into_iter().filter_map(name).collect())
+        self.names_where(py, |own, entity| {
+            own.get::<MeshId>(entity).is_some() || own.get::<WholeMesh>(entity).is_some()
         })
-    }
-
-    /// Roads to follow, in the scene's order.
-    #[getter]
-    fn routes(&self, py: Python<'_>) -> PyResult<Vec<Route>> {
-        self.with(py, |world| Ok(world.routes()))
     }
 
     /// By name: for each group of a signal, what it shows ("red", "amber", "green") and for how many seconds still,
@@ -199,12 +202,9 @@ impl Sim {
         let name: String = required("name", name)?;
         let own = self.with(py, move |world| {
             let types = world.simulation.world.resource::<VehicleTypes>();
-            let unknown = || {
-                let known: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
-                let hint = name::hint(&known, &name);
-                Failure::Name(format!("unknown vehicle type {name:?}{hint}"))
-            };
-            Ok(types.get(types.find(&name).ok_or_else(unknown)?).clone())
+            let known = types.iter().map(|(_, known)| known.name.as_str());
+            let found = types.find(&name).ok_or_else(|| Failure::Name(name::unknown("vehicle type", known, &name)))?;
+            Ok(types.get(found).clone())
         })?;
         let (dict, limits) = (PyDict::new(py), own.limits);
         dict.set_item("name", own.name)?;
@@ -228,14 +228,5 @@ impl Sim {
         dict.set_item("paints", own.paints.len())?;
         dict.set_item("class", Some(own.class).filter(|class| !class.is_empty()))?;
         Ok(dict)
-    }
-
-    /// The names of vehicle types.
-    #[getter]
-    fn vehicle_types(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |world| {
-            let types = world.simulation.world.resource::<VehicleTypes>();
-            Ok(types.iter().map(|(_, known)| known.name.clone()).collect())
-        })
     }
 }

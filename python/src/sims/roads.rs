@@ -11,8 +11,8 @@ use pyo3::types::{PyDict, PyFrozenSet, PySet};
 use relief::glam::DVec3;
 use relief::name;
 use relief::systems::run::standard_inputs::SetSignal;
-use relief::systems::vehicles::routes::Routes;
-use relief::systems::vehicles::signals::{Aspect, Signals};
+use relief::systems::vehicles::routes::{self, Routes};
+use relief::systems::vehicles::signals::{Aspect, Signal, Signals};
 
 /// Aspects of signal heads by name.
 const ASPECTS: [(&str, Aspect); 3] = [("red", Aspect::Red), ("amber", Aspect::Amber), ("green", Aspect::Green)];
@@ -41,7 +41,7 @@ pub struct Route {
     /// The names of the routes that may follow.
     #[pyo3(get)]
     then: Vec<String>,
-    route: relief::systems::vehicles::routes::Route,
+    route: routes::Route,
     offsets: Vec<f32>,
     origin: DVec3,
 }
@@ -61,12 +61,10 @@ impl Route {
         along.iter().try_for_each(|&at| self.refuse_beyond(at))?;
         let left = match optional::<usize>("lane", lane)? {
             None => 0.0,
-            Some(lane) => *self.offsets.get(lane).ok_or_else(|| {
-                pyo3::exceptions::PyValueError::new_err(format!(
-                    "lane: expected less than {}, found {lane}",
-                    self.lanes
-                ))
-            })?,
+            Some(lane) => *self
+                .offsets
+                .get(lane)
+                .ok_or_else(|| Failure::value(format!("lane: expected less than {}, found {lane}", self.lanes)))?,
         };
         let points: Vec<DVec3> = along.iter().map(|&at| self.route.place(at).beside(left) + self.origin).collect();
         Ok(Array2::from_shape_fn((points.len(), 3), |(point, axis)| points[point][axis]).into_pyarray(py))
@@ -100,9 +98,9 @@ impl Route {
 
 impl World {
     pub fn routes(&self) -> Vec<Route> {
-        let routes = self.simulation.world.resource::<Routes>();
-        let name = |id| routes.get(id).map_or_else(String::new, |route| route.plan.name.clone());
-        let described = |route: &relief::systems::vehicles::routes::Route| Route {
+        let known = self.simulation.world.resource::<Routes>();
+        let name = |id| known.get(id).map_or_else(String::new, |route| route.plan.name.clone());
+        let described = |route: &routes::Route| Route {
             name: route.plan.name.clone(),
             length: route.length,
             lanes: route.lanes(),
@@ -110,11 +108,11 @@ impl World {
             closed: route.closed,
             speed_limit: route.plan.speed_limit,
             then: route.then.iter().map(|next| name(next.id)).collect(),
-            offsets: (0..route.lanes()).map(|lane| routes.offset(route, lane)).collect(),
+            offsets: (0..route.lanes()).map(|lane| known.offset(route, lane)).collect(),
             origin: self.origin(),
             route: route.clone(),
         };
-        routes.iter().map(|(_, route)| described(route)).collect()
+        known.iter().map(|(_, route)| described(route)).collect()
     }
 
     /// Names of signals, and what each of their groups shows and for how many seconds still; infinite where it is held.
@@ -122,9 +120,7 @@ impl World {
         let signals = self.simulation.world.resource::<Signals>();
         let aspect = |group: &(Aspect, f32)| (name::of(&ASPECTS, group.0), group.1);
         let mut heads = signals.heads().iter().map(aspect);
-        let of = |signal: &relief::systems::vehicles::signals::Signal| {
-            (signal.name.clone(), heads.by_ref().take(signal.green.len()).collect())
-        };
+        let of = |signal: &Signal| (signal.name.clone(), heads.by_ref().take(signal.green.len()).collect());
         signals.iter().map(of).collect()
     }
 
@@ -133,9 +129,8 @@ impl World {
         let signals = self.simulation.world.resource::<Signals>();
         let found = signals.iter().find(|known| known.name == signal);
         found.map(|known| known.green.len()).ok_or_else(|| {
-            let known: Vec<&str> = signals.iter().map(|known| known.name.as_str()).collect();
-            let hint = name::hint(&known, signal);
-            Failure::Name(format!("unknown signal {signal:?}{hint}"))
+            let known = signals.iter().map(|known| known.name.as_str());
+            Failure::Name(name::unknown("signal", known, signal))
         })
     }
 }

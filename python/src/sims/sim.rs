@@ -2,6 +2,7 @@
 
 use crate::captures::capture::Capture;
 use crate::errors::{Failure, Outcome};
+use crate::getters::getters;
 use crate::given::arguments::{Bytes, Given, optional, required};
 use crate::given::described;
 use crate::worlds::world::{Scene, Shared, World};
@@ -48,6 +49,35 @@ impl Sim {
     ) -> PyResult<T> {
         self.shared.with(py, work)
     }
+
+    /// Does something for a getter.
+    pub fn read<T: Send>(own: &PyRef<'_, Self>, work: impl FnOnce(&mut World) -> Outcome<T> + Send) -> PyResult<T> {
+        own.with(own.py(), work)
+    }
+
+    fn captured(&self, py: Python<'_>, names: &Bound<'_, PyTuple>, which: Captured) -> PyResult<Capture> {
+        let names = each_name(names)?;
+        let (captured, warnings, classes) = self.with(py, move |world| {
+            let all = world.check_sensors(&names)?.into_iter();
+            let is_named = |name: &str| is_among(&names, name);
+            let named: Vec<_> = all.filter(|(name, _)| is_named(name)).map(|(_, sensor)| sensor).collect();
+            let captured = world.capture(match which {
+                Captured::Due => Wanted::Due(&is_named),
+                Captured::Now => Wanted::Look(&named),
+            })?;
+            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
+        })?;
+        warn(py, &warnings)?;
+        let world = if which == Captured::Due { Arc::downgrade(&self.shared) } else { Weak::new() };
+        Capture::new(py, captured, &classes, world)
+    }
+}
+
+/// Sensors that are captured: those that are due, or all, of the state at hand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Captured {
+    Due,
+    Now,
 }
 
 /// The open field.
@@ -78,6 +108,23 @@ fn of_package(py: Python<'_>, scene: &Path) -> PyResult<()> {
 /// Reads several arguments, each a name.
 fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
     names.iter().enumerate().map(|(i, name)| required(&format!("names[{i}]"), &name)).collect()
+}
+
+getters! { Sim::read, Sim:
+    /// The scene's file name without its extension.
+    name: String = |world| world.loaded.name.clone();
+    /// Warnings of the loaded scene.
+    warnings: Vec<String> = |world| world.loaded.warnings.clone();
+    /// The scene's file and those that it names.
+    files: Vec<PathBuf> = |world| world.loaded.files.clone();
+    /// Seed of the run's random numbers.
+    seed: u64 = |world| world.simulation.world.resource::<Seed>().0;
+    /// Steps done since the run began.
+    steps: u64 = |world| world.step_number();
+    /// Length of a step, seconds.
+    step_seconds: f64 = |world| world.simulation.world.resource::<Clock>().step_seconds;
+    /// Seconds since the run began.
+    seconds: f64 = |world| world.simulation.world.resource::<Clock>().seconds();
 }
 
 #[pymethods]
@@ -131,76 +178,18 @@ impl Sim {
     /// GpuError.
     #[pyo3(signature = (*names))]
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let names = each_name(names)?;
-        let (captured, warnings, classes) = self.with(py, move |world| {
-            world.check_sensors(&names)?;
-            let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
-            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
-        })?;
-        warn(py, &warnings)?;
-        Capture::new(py, captured, &classes, Arc::downgrade(&self.shared))
+        self.captured(py, names, Captured::Due)
     }
 
     /// Captures sensors of the state at hand, whether they are due or not: all, or those of `names`.
     #[pyo3(signature = (*names))]
     fn look(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
-        let names = each_name(names)?;
-        let (captured, warnings, classes) = self.with(py, move |world| {
-            let all = world.check_sensors(&names)?;
-            let wanted: Vec<_> =
-                all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
-            let captured = world.capture(Wanted::Look(&wanted))?;
-            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
-        })?;
-        warn(py, &warnings)?;
-        Capture::new(py, captured, &classes, Weak::new())
+        self.captured(py, names, Captured::Now)
     }
 
     /// Every entity with mesh variants shows its next one.
     fn next_mesh_variant(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| world.apply(NextMeshVariant))
-    }
-
-    /// The scene's file name without its extension.
-    #[getter]
-    fn name(&self, py: Python<'_>) -> PyResult<String> {
-        self.with(py, |world| Ok(world.loaded.name.clone()))
-    }
-
-    /// Warnings of the loaded scene.
-    #[getter]
-    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |world| Ok(world.loaded.warnings.clone()))
-    }
-
-    /// The scene's file and those that it names.
-    #[getter]
-    fn files(&self, py: Python<'_>) -> PyResult<Vec<PathBuf>> {
-        self.with(py, |world| Ok(world.loaded.files.clone()))
-    }
-
-    /// Seed of the run's random numbers.
-    #[getter]
-    fn seed(&self, py: Python<'_>) -> PyResult<u64> {
-        self.with(py, |world| Ok(world.simulation.world.resource::<Seed>().0))
-    }
-
-    /// Steps done since the run began.
-    #[getter]
-    fn steps(&self, py: Python<'_>) -> PyResult<u64> {
-        self.with(py, |world| Ok(world.step_number()))
-    }
-
-    /// Length of a step, seconds.
-    #[getter]
-    fn step_seconds(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |world| Ok(world.simulation.world.resource::<Clock>().step_seconds))
-    }
-
-    /// Seconds since the run began.
-    #[getter]
-    fn seconds(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |world| Ok(world.simulation.world.resource::<Clock>().seconds()))
     }
 
     /// A hash of the whole state, 32 hexadecimal digits: equal states, equal hashes.
@@ -306,9 +295,8 @@ impl World {
         let all = relief::sense::sensor_names(&mut self.simulation.world);
         for name in names {
             if !all.iter().any(|(full, _)| is_among(std::slice::from_ref(name), full)) {
-                let known: Vec<&str> = all.iter().map(|(full, _)| full.as_str()).collect();
-                let hint = name::hint(&known, name);
-                return Err(Failure::Name(format!("unknown sensor {name:?}{hint}")));
+                let known = all.iter().map(|(full, _)| full.as_str());
+                return Err(Failure::Name(name::unknown("sensor", known, name)));
             }
         }
         Ok(all)

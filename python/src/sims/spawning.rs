@@ -21,16 +21,12 @@ use relief::systems::vehicles::{Controls, FASTEST, OnRoute, VehicleTypes};
 use std::sync::Arc;
 
 /// A name that is given, else the kind and the number that comes next.
-fn named(given: Option<String>, kind: &str, next: StateId) -> Outcome<String> {
+fn named(given: Option<String>, kind: &str, world: &World) -> Outcome<String> {
     match given {
         Some(name) if name.is_empty() => Err(Failure::value("name: expected one, or None")),
         Some(name) => Ok(name),
-        None => Ok(format!("{kind} {}", next.0 + 1)),
+        None => Ok(format!("{kind} {}", world.simulation.world.resource::<EntityRegistry>().next_id().0 + 1)),
     }
-}
-
-fn next_id(world: &World) -> StateId {
-    world.simulation.world.resource::<EntityRegistry>().next_id()
 }
 
 /// An entity, or the name of one.
@@ -41,17 +37,14 @@ enum Like {
 
 fn on_route(world: &World, route: &str, lane: u8, along: f64) -> Result<OnRoute, Failure> {
     let routes = world.simulation.world.resource::<Routes>();
-    let id = routes.find(route).ok_or_else(|| {
-        let known: Vec<&str> = routes.iter().map(|(_, route)| route.plan.name.as_str()).collect();
-        let hint = name::hint(&known, route);
-        Failure::value(format!("unknown route {route:?}{hint}"))
-    })?;
-    let found = routes.get(id).map_or((0, 0.0), |found| (found.lanes(), found.length));
-    if lane >= found.0 {
-        return Err(Failure::value(format!("lane: expected less than {}, found {lane}", found.0)));
+    let known = routes.iter().map(|(_, route)| route.plan.name.as_str());
+    let id = routes.find(route).ok_or_else(|| Failure::value(name::unknown("route", known, route)))?;
+    let (lanes, length) = routes.get(id).map_or((0, 0.0), |found| (found.lanes(), found.length));
+    if lane >= lanes {
+        return Err(Failure::value(format!("lane: expected less than {lanes}, found {lane}")));
     }
-    if !(0.0..=found.1).contains(&along) {
-        return Err(Failure::value(format!("along: expected metres from 0 to {}, found {along}", found.1)));
+    if !(0.0..=length).contains(&along) {
+        return Err(Failure::value(format!("along: expected metres from 0 to {length}, found {along}")));
     }
     Ok(OnRoute::new(id, lane, along))
 }
@@ -103,15 +96,14 @@ impl Sim {
             let types = world.simulation.world.resource::<VehicleTypes>();
             let Some(id) = types.find(&kind) else {
                 let known: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
-                let hint = name::hint(&known, &kind);
-                let known = known.join(", ");
-                return Err(Failure::value(format!("unknown vehicle type {kind:?}{hint}; expected one of: {known}")));
+                let unknown = name::unknown("vehicle type", known.iter().copied(), &kind);
+                return Err(Failure::value(format!("{unknown}; expected one of: {}", known.join(", "))));
             };
             let paints = types.get(id).paints.len().max(1);
             if paint as usize >= paints {
                 return Err(Failure::value(format!("paint: expected less than {paints}, found {paint}")));
             }
-            let name = named(name, &kind, next_id(world))?;
+            let name = named(name, &kind, world)?;
             let on_route = route.map(|route| on_route(world, &route, lane, along)).transpose()?;
             if on_route.is_some() == is_placed {
                 return Err(Failure::value("expected one of at and route"));
@@ -165,7 +157,7 @@ impl Sim {
         refuse_turned(&light.0, &placing)?;
         let name = optional::<String>("name", name)?;
         let id = self.with(py, move |world| {
-            let name = named(name, "light", next_id(world))?;
+            let name = named(name, "light", world)?;
             let transform = placing.transform(world.origin(), Facing::Backward);
             world.spawn(Spawn::Light { name, transform, light: light.0 })
         })?;
@@ -212,7 +204,7 @@ impl Sim {
             if of.0 >= registry.scene_len() {
                 return Err(Failure::value("like: expected an entity that the scene began with"));
             }
-            let name = named(name, "copy", next_id(world))?;
+            let name = named(name, "copy", world)?;
             let transform = placing.transform(world.origin(), Facing::Forward).with_scale(scale);
             world.spawn(Spawn::Copy { name, transform, of })
         })?;

@@ -2,14 +2,14 @@
 
 use crate::app::shown::description_editor;
 use bevy_ecs::prelude::*;
-use egui::{Grid, Id, Slider, SliderClamping, Ui};
-use serde_json::{Map, Value, json};
-use systems::describe::{faults, fields};
+use egui::{Grid, Slider, SliderClamping, Ui};
+use serde_json::{Map, Value};
+use systems::describe::{Field, faults, fields};
 use systems::lights::{Light, LightDescription, LightFields};
 use systems::run::standard_inputs::edit_light;
 
-/// Initial value of the temperature slider, kelvin: a light keeps its colour, not the temperature that it came from.
-const DAYLIGHT: f32 = 6500.0;
+/// Kelvin: place of the temperature slider for a colour that no black body has.
+const DAYLIGHT: f64 = 6500.0;
 
 /// Shows the settings of an entity's light, if it has one, and takes over what is changed.
 pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
@@ -21,8 +21,14 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
     let mut has_changed = false;
     ui.add_space(4.0);
     Grid::new("light editor").num_columns(2).min_col_width(70.0).show(ui, |ui| {
-        let fields = fields::<LightFields>().into_iter().filter(|field| field.is_of(kind));
-        has_changed = description_editor::show(ui, fields, &mut values) | temperature(ui, entity, &mut values);
+        let (temperatures, others): (Vec<Field>, Vec<Field>) = fields::<LightFields>()
+            .into_iter()
+            .filter(|field| field.is_of(kind))
+            .partition(|field| field.unit() == "K");
+        has_changed = description_editor::show(ui, others.into_iter(), &mut values);
+        for field in temperatures {
+            has_changed |= temperature(ui, &field, &mut values);
+        }
     });
     // The inner angle goes with the outer one.
     if let Some((inner, outer)) = values["inner_degrees"].as_f64().zip(values["outer_degrees"].as_f64()) {
@@ -30,24 +36,23 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
     }
     // Only a real change, as an input: a recording holds it. What was beyond its range before is left so.
     if has_changed
-        && let Ok(edited) = serde_json::from_value::<LightDescription>(json!({ kind: values }))
+        && let Ok(edited) = before.edited(Value::Object(values))
         && faults(&edited).iter().all(|fault| faults(&before).contains(fault))
     {
         edit_light(world, entity, (&edited).into());
     }
 }
 
-/// A slider that sets the colour.
-fn temperature(ui: &mut Ui, entity: Entity, values: &mut Map<String, Value>) -> bool {
-    ui.weak("temperature");
-    let id = Id::unique("temperature").with(entity);
-    let mut kelvin = ui.data(|data| data.get_temp(id)).unwrap_or(DAYLIGHT);
+/// A slider for a temperature, which is there even where no black body has the light's colour.
+fn temperature(ui: &mut Ui, field: &Field, values: &mut Map<String, Value>) -> bool {
+    ui.weak("temperature").on_hover_text(field.doc());
+    let limit = |key: &str| field.schema[key].as_f64().unwrap_or(DAYLIGHT);
+    let mut kelvin = values[field.name].as_f64().unwrap_or(DAYLIGHT);
     ui.spacing_mut().slider_width = 80.0;
-    let slider = Slider::new(&mut kelvin, 1667.0..=25000.0).logarithmic(true).fixed_decimals(0).suffix(" K");
-    let has_changed = ui.add(slider.clamping(SliderClamping::Always)).changed();
+    let slider = Slider::new(&mut kelvin, limit("minimum")..=limit("maximum")).logarithmic(true).fixed_decimals(0);
+    let has_changed = ui.add(slider.suffix(" K").clamping(SliderClamping::Always)).changed();
     if has_changed {
-        ui.data_mut(|data| data.insert_temp(id, kelvin));
-        values.insert("color".into(), json!({ "kelvin": kelvin }));
+        values.insert(field.name.into(), (kelvin as u32).into());
     }
     ui.end_row();
     has_changed
@@ -130,6 +135,14 @@ mod tests {
     fn a_click_switches_the_light_off() {
         let light = clicked(everywhere(), |light| !light.enabled);
         assert_eq!(light, Light { enabled: false, ..Light::point(1.0, 5.0) });
+    }
+
+    #[test]
+    fn a_click_on_the_slider_gives_the_light_a_temperature() {
+        let light = clicked(everywhere(), |light| light.color.x == 1.0 && light.color.z < 0.5);
+        let described = LightDescription::from(&light);
+        let kelvin = described.fields().temperature_kelvin.expect("a temperature");
+        assert_eq!(light, Light::point(1.0, 5.0).with_kelvin(kelvin as f32));
     }
 
     #[test]

@@ -4,25 +4,21 @@
 //! ```text
 //! sensors.json      the captures of all
 //! sensors.mcap      the messages of all, in their order, through the writer that has written them
-//! coco/*.json       the pictures of all, numbered on
+//! coco/*.json       the pictures of all, numbered on; so other JSON files of formats, each in its way
 //! NAME/OUTPUT.mp4   of the pictures that the parts have kept
 //! manifest.json     hashes of all files
 //! ```
 
 use super::manifest::Manifest;
 use super::names::{DESCRIPTION, MANIFEST, fault_of_name};
-use crate::data::formats::coco::{INSTANCES, PANOPTIC};
 use crate::data::formats::films::{folder_of_pictures, path_of_film, time_of_capture};
 use crate::data::formats::log::LOG;
-use crate::export::coco::{self, Instances, Panoptic};
+use crate::data::formats::parts::{read_json, refused};
+use crate::data::formats::writers::merged_files;
 use crate::export::mcap::Log;
 use crate::frames::FrameError;
 use crate::output::{self, OutputError, WholeFile};
-use crate::problem::Problem;
-use crate::scene::SceneError;
 use crate::video::Film;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -40,7 +36,7 @@ pub(crate) struct PartFiles {
 
 /// Tells if a file of a data set, by its path in it, is made of the run as a whole.
 pub(crate) fn is_of_run(name: &str) -> bool {
-    [DESCRIPTION, MANIFEST, LOG, INSTANCES, PANOPTIC].contains(&name)
+    [DESCRIPTION, MANIFEST, LOG].contains(&name) || merged_files().any(|(merged, _)| merged == name)
 }
 
 /// Makes what a data set has of a run as a whole. `hashes`: of the files of single captures, which are in the folder.
@@ -59,9 +55,13 @@ pub(crate) fn merge(
         made.push(folder.join(LOG));
         merge_logs(parts, &folder.join(LOG))?;
     }
-    if all_have(parts, INSTANCES)? {
-        made.push(merge_json(parts, folder, INSTANCES, Instances::append)?);
-        made.push(merge_json(parts, folder, PANOPTIC, Panoptic::append)?);
+    for (name, merge) in merged_files() {
+        if all_have(parts, name)? {
+            let path = folder.join(name);
+            let files: Vec<PathBuf> = parts.iter().map(|part| part.data.join(name)).collect();
+            write(&path, Ok(merge(&files, &path)?))?;
+            made.push(path);
+        }
     }
     made.extend(merge_films(parts, folder, &description)?);
     hashes.extend(output::hashes_of(folder, &made)?);
@@ -78,15 +78,6 @@ fn all_have(parts: &[PartFiles], name: &str) -> Result<bool, FrameError> {
         (Some(_), Some(lack)) => Err(refused(lack, "is not there; expected it as in other parts of the run")),
         (have, _) => Ok(have.is_some()),
     }
-}
-
-fn refused(path: &Path, message: impl std::fmt::Display) -> FrameError {
-    SceneError::from(Problem::error(path, message)).into()
-}
-
-fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FrameError> {
-    let file = File::open(path).map_err(|error| refused(path, error))?;
-    serde_json::from_reader(BufReader::new(file)).map_err(|error| refused(path, error))
 }
 
 fn write(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<(), FrameError> {
@@ -141,27 +132,6 @@ fn merge_logs(parts: &[PartFiles], path: &Path) -> Result<(), FrameError> {
     }
     let ended = log.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
     Ok(ended.map_err(|error| OutputError::io(path, error))?.finish()?)
-}
-
-fn merge_json<T: Serialize + DeserializeOwned>(
-    parts: &[PartFiles],
-    folder: &Path,
-    name: &str,
-    append: fn(&mut T, T),
-) -> Result<PathBuf, FrameError> {
-    let mut whole: Option<T> = None;
-    for part in parts {
-        let more = read_json(&part.data.join(name))?;
-        match &mut whole {
-            None => whole = Some(more),
-            Some(whole) => append(whole, more),
-        }
-    }
-    let path = folder.join(name);
-    let mut bytes = Vec::new();
-    let encoded = coco::write(&mut bytes, &whole);
-    write(&path, encoded.map(|()| bytes))?;
-    Ok(path)
 }
 
 fn merge_films(parts: &[PartFiles], folder: &Path, description: &Value) -> Result<Vec<PathBuf>, FrameError> {

@@ -1,11 +1,12 @@
 //! Forms of files: what becomes of single captures (files, of records), and of a run as a whole (log, coco, kitti,
-//! films). Uses pictures.
+//! nuscenes, films). Uses pictures.
 //!
 //! ```text
 //! format        a form: what it holds, and how its files are made; of a program, too
 //! files         PNG, numpy's and OpenEXR; box_records, records: what is in them of boxes, and of sensors other than
 //!               cameras
-//! log           a log of ROS 2 (log_boxes); coco, kitti: labels as these data sets have them; films
+//! log           a log of ROS 2 (log_boxes); coco, kitti, nuscenes: labels as these data sets have them; films
+//! parts         JSON files of a run, put together of those of its parts
 //! writers       the list of all of these; those of a run, begun
 //! ```
 
@@ -17,5 +18,7 @@ pub(crate) mod format;
 mod kitti;
 pub(crate) mod log;
 mod log_boxes;
+mod nuscenes;
+pub(crate) mod parts;
 mod records;
 pub(crate) mod writers;

@@ -1,11 +1,15 @@
-//! The forms of files that the library has; those of a run, checked and begun.
+//! The forms of files that the library has; those of a run, checked, begun, and put together of those of its parts.
 
+use super::coco::{INSTANCES, PANOPTIC};
 use super::format::{FileFormat, Makes, RunInfo, RunWriter};
+use super::nuscenes;
+use super::parts::{Merge, append_all};
+use crate::export::coco::{Instances, Panoptic};
 use crate::frames::FrameError;
 
 impl FileFormat {
     /// All of the library, with their names.
-    pub const ALL: [(&'static str, Self); 8] = [
+    pub const ALL: [(&'static str, Self); 9] = [
         (Self::PNG.name, Self::PNG),
         (Self::NPY.name, Self::NPY),
         (Self::NPZ.name, Self::NPZ),
@@ -13,6 +17,7 @@ impl FileFormat {
         (Self::MCAP.name, Self::MCAP),
         (Self::COCO.name, Self::COCO),
         (Self::KITTI.name, Self::KITTI),
+        (Self::NUSCENES.name, Self::NUSCENES),
         (Self::VIDEO.name, Self::VIDEO),
     ];
 }
@@ -54,4 +59,13 @@ pub(crate) fn begin(run: &RunInfo) -> Result<Vec<Box<dyn RunWriter>>, FrameError
         Makes::Captures(_) => None,
     });
     begins.collect()
+}
+
+/// JSON files about a run as a whole, by their paths in a data set, with what puts together those of its parts.
+pub(crate) fn merged_files() -> impl Iterator<Item = (&'static str, Merge)> {
+    let coco: [(_, Merge); 2] = [
+        (INSTANCES, |parts, path| append_all(parts, path, Instances::append)),
+        (PANOPTIC, |parts, path| append_all(parts, path, Panoptic::append)),
+    ];
+    coco.into_iter().chain(nuscenes::merged_files())
 }

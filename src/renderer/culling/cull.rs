@@ -178,7 +178,7 @@ impl Culling {
         let source = wgpu::ShaderSource::Wgsl(shaders::CULL.into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("cull.wgsl"), source });
         let pipeline = |entry_point, phase: Phase| {
-            make_pipeline(device, (&pipeline_layout, &module), entry_point, &[("PHASE", phase.bit())])
+            make_pipeline(device, &pipeline_layout, &module, entry_point, &[("PHASE", phase.bit())])
         };
         let usage = wgpu::TextureUsages::TEXTURE_BINDING;
         let no_pyramid = texture(device, "no pyramid", (1, 1), wgpu::TextureFormat::R32Float, 1, usage);
@@ -203,8 +203,8 @@ impl Culling {
     /// Gets ready for a world with cells.
     pub fn make_for_cells(&mut self, device: &wgpu::Device) {
         let constants = [("PHASE", Phase::Early.bit()), ("CELLS", 1.0)];
-        let parts = (&self.pipeline_layout, &self.module);
-        self.cull_by_cells.get_or_insert_with(|| make_pipeline(device, parts, "cull", &constants));
+        let Self { pipeline_layout, module, cull_by_cells, .. } = self;
+        cull_by_cells.get_or_insert_with(|| make_pipeline(device, pipeline_layout, module, "cull", &constants));
     }
 
     /// Encodes a phase of the culling of a view, with the frame group of its tables and eye. The late phase reads the
@@ -214,7 +214,8 @@ impl Culling {
         encoder: &mut wgpu::CommandEncoder,
         timestamps: Option<&Timestamps>,
         phase: Phase,
-        (view, frame_group): (&CulledView, &wgpu::BindGroup),
+        view: &CulledView,
+        frame_group: &wgpu::BindGroup,
     ) {
         let (name, test) = match phase {
             Phase::Early if view.sight.is_some() => ("culling", self.cull_by_cells.as_ref().unwrap_or(&self.cull)),
@@ -252,7 +253,8 @@ impl Culling {
 
 fn make_pipeline(
     device: &wgpu::Device,
-    (layout, module): (&wgpu::PipelineLayout, &wgpu::ShaderModule),
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
     entry_point: &str,
     constants: &[(&str, f64)],
 ) -> wgpu::ComputePipeline {

@@ -44,9 +44,9 @@ impl PyramidMaker {
         let depth = wgpu::TextureSampleType::Depth;
         let float = wgpu::TextureSampleType::Float { filterable: false };
         Self {
-            single: Reduction::new(device, &module, "from_single", (0, depth, false)),
-            multisampled: Reduction::new(device, &module, "from_multisampled", (1, depth, true)),
-            finer: Reduction::new(device, &module, "from_finer", (2, float, false)),
+            single: Reduction::new(device, &module, "from_single", 0, depth, false),
+            multisampled: Reduction::new(device, &module, "from_multisampled", 1, depth, true),
+            finer: Reduction::new(device, &module, "from_finer", 2, float, false),
         }
     }
 
@@ -74,7 +74,9 @@ impl Reduction {
         device: &wgpu::Device,
         module: &wgpu::ShaderModule,
         entry_point: &str,
-        (source, sample_type, multisampled): (u32, wgpu::TextureSampleType, bool),
+        source: u32,
+        sample_type: wgpu::TextureSampleType,
+        multisampled: bool,
     ) -> Self {
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,

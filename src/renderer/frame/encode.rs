@@ -5,9 +5,10 @@ use super::objects::Encoded;
 use super::renderer::Renderer;
 use super::worlds::WorldUploads;
 use crate::renderer::culling::cull::Phase;
-use crate::renderer::passes::attachments::{Leaves, begin_forward, color_attachment};
+use crate::renderer::passes::attachments::{Leaves, ScenePass, begin_forward, color_attachment};
 use crate::renderer::passes::custom_passes::PassPlace;
 use crate::renderer::passes::pipelines::ToneMapSource;
+use crate::renderer::shadows::shadow_maps::CasterSources;
 use crate::renderer::views::view_state::ViewState;
 use crate::renderer::views::view_target::ViewTarget;
 
@@ -71,8 +72,13 @@ impl Renderer {
         self.own.tables.encode(encoder, self.timestamps.as_ref());
         let Self { gpu, own, assets, pipelines, timestamps, .. } = self;
         let WorldUploads { tables, shadow_maps, .. } = own;
-        let (tables, assets) = ((&*tables, &pipelines.frame_layout), (&assets.meshes, &assets.textures));
-        shadow_maps.encode(gpu, encoder, tables, assets, timestamps.as_ref());
+        let sources = CasterSources {
+            tables,
+            frame_layout: &pipelines.frame_layout,
+            meshes: &assets.meshes,
+            textures: &assets.textures,
+        };
+        shadow_maps.encode(gpu, encoder, sources, timestamps.as_ref());
         self.stats.shadows = self.own.shadow_maps.stats;
     }
 
@@ -101,7 +107,7 @@ impl Renderer {
         let has_phase = phase == Phase::Early || state.culled.pyramid().is_some();
         let due = state.targets.is_some() && state.cullings_due > 0 && has_phase;
         if let Some(group) = state.group().filter(|_| due) {
-            self.culling.encode(encoder, self.timestamps.as_ref(), phase, (&state.culled, group));
+            self.culling.encode(encoder, self.timestamps.as_ref(), phase, &state.culled, group);
         }
     }
 
@@ -110,11 +116,11 @@ impl Renderer {
     fn draw_early(&self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>, encoded: &mut Encoded) {
         let state = &*view.state;
         let pyramid = state.culled.pyramid().filter(|_| state.cullings_due > 0);
-        let (Some(pyramid), Some(targets), Some(group)) = (pyramid, &state.targets, state.group()) else { return };
-        let into = ("early", Some(sky_color(state)), Leaves::DEPTH);
+        let (Some(pyramid), Some(targets), Some(_)) = (pyramid, &state.targets, state.group()) else { return };
+        let into = ScenePass { label: "early", clear: Some(sky_color(state)), leaves: Leaves::DEPTH };
         let early = [Phase::Early].into_iter();
         let attachments = state.attachments(targets);
-        drop(self.draw_phases(encoder, state, (attachments, group), into, early, encoded));
+        drop(self.draw_phases(encoder, state, attachments, into, early, encoded));
         self.pyramids.encode(encoder, self.timestamps.as_ref(), pyramid);
     }
 
@@ -131,14 +137,15 @@ impl Renderer {
         let opaque = if copies { Leaves { resolved: true, ..Leaves::DEPTH } } else { last };
 
         let state = &*view.state;
-        let (Some(targets), Some(group)) = (&state.targets, state.group()) else { return };
+        let (Some(targets), Some(_)) = (&state.targets, state.group()) else { return };
         let has_early = state.culled.pyramid().is_some() && state.cullings_due > 0;
         let clear = (!has_early).then(|| sky_color(state));
         let phases = state.phases().filter(|phase| *phase == Phase::Late || !has_early);
         let attachments = state.attachments(targets);
-        let into = ("forward", clear, if after_opaque { Leaves::DEPTH } else { opaque });
+        let leaves = if after_opaque { Leaves::DEPTH } else { opaque };
+        let into = ScenePass { label: "forward", clear, leaves };
         // Passes end where they are dropped, on either way: the compiler cannot tell.
-        let pass = self.draw_phases(encoder, state, (attachments, group), into, phases, encoded);
+        let pass = self.draw_phases(encoder, state, attachments, into, phases, encoded);
         let mut pass = pass.forget_lifetime();
         if after_opaque {
             drop(pass);
@@ -161,7 +168,7 @@ impl Renderer {
             pass = blended;
         }
         let blended = self.draw_blended(&mut pass, state, state.pass);
-        encoded.count((blended, blended));
+        encoded.count(Encoded { draws: blended, calls: blended });
         drop(pass);
 
         if let (Some(cells), Some(targets), Some(group)) = (&state.cell_view, &state.targets, state.group()) {
@@ -182,7 +189,7 @@ impl Renderer {
     ) -> Option<wgpu::RenderPass<'static>> {
         let targets = view.state.targets.as_ref()?;
         let attachments = view.state.attachments(targets);
-        let into = (label, None, leaves);
+        let into = ScenePass { label, clear: None, leaves };
         let mut pass = begin_forward(encoder, self.timestamps.as_ref(), attachments, into).forget_lifetime();
         pass.set_bind_group(0, view.state.group()?, &[]);
         Some(pass)

@@ -62,7 +62,7 @@ impl Renderer {
             let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);
             open = others;
             for now in alike.chunks(key.0.most_views(&self.gpu)) {
-                let drawn = self.draw_batch(batches, (key.0, now.len()), &mut |batch| {
+                let drawn = self.draw_batch(batches, key.0, now.len(), &mut |batch| {
                     for views in now.chunk_by(|a, b| a.0 == b.0) {
                         let plans = views.iter().map(|&(world, plan)| (worlds[world][plan].clone(), None)).collect();
                         let mut plans = Some(plans);

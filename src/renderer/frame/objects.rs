@@ -2,7 +2,7 @@
 
 use super::renderer::Renderer;
 use crate::renderer::culling::cull::{ARGUMENT_BYTES, Phase};
-use crate::renderer::passes::attachments::{Attachments, Leaves, begin_forward};
+use crate::renderer::passes::attachments::{Attachments, ScenePass, begin_forward};
 use crate::renderer::passes::pass::{Pass, Shadows};
 use crate::renderer::passes::targets::SceneColorCopy;
 use crate::renderer::views::view_state::ViewState;
@@ -19,9 +19,9 @@ pub(crate) struct Encoded {
 }
 
 impl Encoded {
-    pub fn count(&mut self, (draws, calls): (u32, u32)) {
-        self.draws += draws;
-        self.calls += calls;
+    pub fn count(&mut self, more: Self) {
+        self.draws += more.draws;
+        self.calls += more.calls;
     }
 }
 
@@ -31,13 +31,13 @@ impl Renderer {
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
         view: &ViewState,
-        (attachments, frame_group): (Attachments<'_>, &wgpu::BindGroup),
-        into: (&'static str, Option<wgpu::Color>, Leaves),
+        attachments: Attachments<'_>,
+        into: ScenePass,
         phases: impl Iterator<Item = Phase>,
         encoded: &mut Encoded,
     ) -> wgpu::RenderPass<'a> {
         let mut pass = begin_forward(encoder, self.timestamps.as_ref(), attachments, into);
-        pass.set_bind_group(0, frame_group, &[]);
+        pass.set_bind_group(0, view.group(), &[]);
         for phase in phases {
             encoded.count(self.draw_objects(&mut pass, view, view.pass, phase));
         }
@@ -77,7 +77,7 @@ impl Renderer {
         view: &ViewState,
         kind: Pass,
         phase: Phase,
-    ) -> (u32, u32) {
+    ) -> Encoded {
         // What lies behind blended objects is resolved by this very pass.
         self.bind_meshes(pass, view, None);
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
@@ -87,7 +87,7 @@ impl Renderer {
         if (first_instance || direct.is_some()) && !list.is_empty() {
             pass.set_vertex_buffer(1, visible.slice(..));
         }
-        let (mut draws, mut calls) = (0, 0);
+        let mut encoded = Encoded::default();
         let mut draw_runs = |kind: Pass, wanted: &dyn Fn(BatchKey) -> bool| {
             let mut end = 0;
             for run in list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
@@ -102,22 +102,21 @@ impl Renderer {
                     for (draw, slots) in run.iter().zip(listed).filter(|(_, slots)| !slots.is_empty()) {
                         let DrawIndexedIndirectArgs { first_index, index_count, base_vertex, .. } = draw.indirect;
                         pass.draw_indexed(first_index..first_index + index_count, base_vertex, slots.clone());
-                        draws += 1;
-                        calls += 1;
+                        encoded.count(Encoded { draws: 1, calls: 1 });
                     }
                     continue;
                 }
-                draws += run.len() as u32;
+                encoded.draws += run.len() as u32;
                 if first_instance {
                     pass.multi_draw_indexed_indirect(arguments, place as u64 * ARGUMENT_BYTES, run.len() as u32);
-                    calls += 1;
+                    encoded.calls += 1;
                     continue;
                 }
                 for (place, draw) in (place..).zip(run) {
                     let first_visible = draw.first_visible + view.culled.list_offset(phase);
                     pass.set_vertex_buffer(1, visible.slice(u64::from(first_visible) * 4..));
                     pass.draw_indexed_indirect(arguments, place as u64 * ARGUMENT_BYTES);
-                    calls += 1;
+                    encoded.calls += 1;
                 }
             }
         };
@@ -125,7 +124,7 @@ impl Renderer {
         if !matches!(kind, Pass::Outputs(_)) && list.iter().any(|draw| is_embossed(view, draw.key)) {
             view.pass.emboss_passes().for_each(|step| draw_runs(step, &|key| is_embossed(view, key)));
         }
-        (draws, calls)
+        encoded
     }
 
     /// Blended objects, farthest first. Returns the number of draws.

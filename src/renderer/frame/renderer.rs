@@ -169,7 +169,7 @@ impl Renderer {
         let list = frame.list;
         for (index, (state, plan)) in (0..).zip(views) {
             let shadow_records = self.own.tables.shadow_records(index);
-            state.finish(&self.gpu, list, (plan, shadow_records), self.own.uploads, self.prepared);
+            state.finish(&self.gpu, list, plan, shadow_records, self.own.uploads, self.prepared);
             state.ensure_scene_color(
                 &self.gpu.device,
                 &self.pipelines.scene_color_layout,
@@ -224,7 +224,7 @@ impl Renderer {
             return;
         }
         if let Some(resting) = &mut self.resting {
-            resting.exchange(&self.gpu, (self.world, frame), (&mut self.own, &mut self.assets));
+            resting.exchange(&self.gpu, self.world, frame, &mut self.own, &mut self.assets);
         } else if self.world != 0 {
             let textures = Textures::with_layout(self.assets.textures.layout.clone());
             (self.assets, self.own) = (Assets::new(&self.gpu, textures), WorldUploads::new(&self.gpu));
@@ -267,7 +267,7 @@ impl Renderer {
             let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.is_shaded());
             let shown = shown.map(|cells| (cells, frame.open_portals));
             state.ensure_cells(&self.gpu, &self.pipelines.frame_layout, shown);
-            state.prepare_lists(&self.gpu, &self.culling, draws, plan, (cells, few.as_ref()))?;
+            state.prepare_lists(&self.gpu, &self.culling, draws, plan, cells, few.as_ref())?;
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.own.tables);
         }
         Ok(())

@@ -109,7 +109,7 @@ impl Renderer {
         batches: &mut ViewBatches,
         plans: &[ViewPlan],
     ) -> Result<Vec<Outputs>, RenderError> {
-        self.draw_alone(frame, batches, (plans, &[]))
+        self.draw_alone(frame, batches, plans, &[])
     }
 
     /// [`Self::draw_views`] of some objects alone, as if nothing were in front of them: of each plan those in a set of
@@ -122,7 +122,8 @@ impl Renderer {
         &mut self,
         frame: &mut FrameData<'_>,
         batches: &mut ViewBatches,
-        (plans, only): (&[ViewPlan], &[Arc<SlotSet>]),
+        plans: &[ViewPlan],
+        only: &[Arc<SlotSet>],
     ) -> Result<Vec<Outputs>, RenderError> {
         batches.begin();
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
@@ -138,7 +139,7 @@ impl Renderer {
                 let (now, later) = rest.split_at(views_with_room(frame, &asked));
                 rest = later;
                 let mut views = Some(now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect());
-                let drawn = self.draw_batch(batches, (key, now.len()), &mut |batch| {
+                let drawn = self.draw_batch(batches, key, now.len(), &mut |batch| {
                     batch.encode(frame, views.take().unwrap_or_default())
                 })?;
                 now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
@@ -153,7 +154,8 @@ impl Renderer {
     pub(super) fn draw_batch(
         &mut self,
         batches: &mut ViewBatches,
-        (key, count): (BatchKey, usize),
+        key: BatchKey,
+        count: usize,
         encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
     ) -> Result<Vec<Outputs>, RenderError> {
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
@@ -180,10 +182,10 @@ impl Renderer {
         let BatchEncoder { mut encoder, encoded, .. } = batch;
         (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
         if key.samples == 1 && key.outputs.color {
-            self.encode_tone_map_of_layers(&mut encoder, (textures, key, count as u32), &pictures[0], states);
+            self.encode_tone_map_of_layers(&mut encoder, textures, key, count as u32, &pictures[0], states);
         }
         self.finish_timestamps(&mut encoder);
-        Ok(self.read_batch(readback, encoder, (textures, key), states))
+        Ok(self.read_batch(readback, encoder, textures, key, states))
     }
 
     /// Submits a batch and reads what its views have drawn.
@@ -191,7 +193,8 @@ impl Renderer {
         &self,
         readback: &mut Readback,
         mut encoder: wgpu::CommandEncoder,
-        (textures, key): (&LayerTextures, BatchKey),
+        textures: &LayerTextures,
+        key: BatchKey,
         states: &[ViewState],
     ) -> Vec<Outputs> {
         let count = states.len();
@@ -244,7 +247,9 @@ impl Renderer {
     fn encode_tone_map_of_layers(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        (textures, key, count): (&LayerTextures, BatchKey, u32),
+        textures: &LayerTextures,
+        key: BatchKey,
+        count: u32,
         target: &wgpu::TextureView,
         states: &[ViewState],
     ) {

@@ -108,8 +108,10 @@ impl RestingWorlds {
     pub fn exchange(
         &mut self,
         gpu: &Gpu,
-        (world, frame): (u64, &FrameData<'_>),
-        (uploads, assets): (&mut WorldUploads, &mut Assets),
+        world: u64,
+        frame: &FrameData<'_>,
+        uploads: &mut WorldUploads,
+        assets: &mut Assets,
     ) {
         let layout = assets.textures.layout.clone();
         let fresh = || Assets::new(gpu, Textures::with_layout(layout.clone()));

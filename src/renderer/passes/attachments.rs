@@ -26,12 +26,21 @@ impl Leaves {
     pub const DEPTH: Self = Self { resolved: false, depth: true };
 }
 
-/// A pass over the scene. `clear`: it begins with that colour and nothing else.
+/// A pass over the scene, as it begins and ends.
+#[derive(Clone, Copy)]
+pub(crate) struct ScenePass {
+    pub label: &'static str,
+    /// Colour that it begins with, and nothing else; `None`: what is there already.
+    pub clear: Option<wgpu::Color>,
+    pub leaves: Leaves,
+}
+
+/// Begins a pass over the scene.
 pub(crate) fn begin_forward<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     timestamps: Option<&Timestamps>,
     Attachments { color, resolved, depth, beside }: Attachments<'_>,
-    (label, clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
+    ScenePass { label, clear, leaves }: ScenePass,
 ) -> wgpu::RenderPass<'a> {
     let resolve_target = resolved.filter(|_| leaves.resolved);
     let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);

@@ -1,7 +1,7 @@
 //! The debug view of cells: a pass over what is drawn, which tints it by cells and draws the outlines of portals. Made
 //! when it is first asked for.
 
-use super::pipelines::{depth_state, fullscreen, pipeline_layout, shader_module};
+use super::pipelines::{Shader, depth_state, fullscreen, pipeline_layout, shader_module};
 use super::targets::Targets;
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::formats::HDR_FORMAT;
@@ -186,7 +186,11 @@ impl CellPipelines {
             device,
             "cells",
             &groups,
-            (&module, "vs_tint", if multisampled { "fs_tint_multisampled" } else { "fs_tint_single" }),
+            Shader {
+                module: &module,
+                vertex: "vs_tint",
+                fragment: if multisampled { "fs_tint_multisampled" } else { "fs_tint_single" },
+            },
             &[],
             &target(wgpu::BlendState { color: product, alpha: wgpu::BlendComponent::REPLACE }),
             Some(depth_state(false, wgpu::CompareFunction::Always)),

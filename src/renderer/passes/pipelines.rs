@@ -211,7 +211,7 @@ impl Pipelines {
         let color = wgpu::ColorTargetState::from(HDR_FORMAT);
         let targets = beside.targets_beside(color, wgpu::ColorWrites::empty());
         let depth = Some(depth_state(false, wgpu::CompareFunction::Equal));
-        let shader = (&self.sky, "vs_sky", "fs_sky");
+        let shader = Shader { module: &self.sky, vertex: "vs_sky", fragment: "fs_sky" };
         let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &[], &targets, depth, samples);
         self.skies.insert(key, pipeline);
     }
@@ -237,7 +237,7 @@ impl Pipelines {
                 ToneMapSource::Multisampled => "fs_tonemap_multisampled",
                 ToneMapSource::Layers => "fs_tonemap_layers",
             };
-            let shader = (&self.tone_map, "vs_tonemap", fragment);
+            let shader = Shader { module: &self.tone_map, vertex: "vs_tonemap", fragment };
             let target = Some(wgpu::ColorTargetState::from(format));
             let layout = &self.tone_map_pipeline_layouts[source as usize];
             let pipeline = fullscreen(device, "tone map", layout, shader, &constants, &[target], None, 1);
@@ -353,12 +353,19 @@ pub(crate) fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::
     }
 }
 
+/// A shader module, and its entry points.
+pub(crate) struct Shader<'a> {
+    pub module: &'a wgpu::ShaderModule,
+    pub vertex: &'a str,
+    pub fragment: &'a str,
+}
+
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn fullscreen(
     device: &wgpu::Device,
     label: &str,
     layout: &wgpu::PipelineLayout,
-    (module, vertex, fragment): (&wgpu::ShaderModule, &str, &str),
+    Shader { module, vertex, fragment }: Shader<'_>,
     constants: &[(&str, f64)],
     targets: &[Option<wgpu::ColorTargetState>],
     depth_stencil: Option<wgpu::DepthStencilState>,

@@ -95,19 +95,25 @@ impl Scatter {
     }
 }
 
+/// Beginning of a table: a texel of a texture.
+pub(crate) struct Place<'a> {
+    pub texture: &'a wgpu::TextureView,
+    pub start: u32,
+}
+
 impl ScatterBuffers {
     pub fn new(device: &wgpu::Device) -> Self {
         let buffer = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
         Self { places: buffer("places of records"), texels: buffer("scattered records"), pending: None }
     }
 
-    /// Uploads the records in `ranges` of a table that begins at a texel of a texture; [`Self::encode`] puts them in
+    /// Uploads the records in `ranges` of a table that begins at a place; [`Self::encode`] puts them in
     /// their places. Returns the bytes written.
     pub fn write<R: Records + ?Sized>(
         &mut self,
         gpu: &Gpu,
         scatter: &mut Scatter,
-        (texture, start): (&wgpu::TextureView, u32),
+        Place { texture, start }: Place<'_>,
         records: &R,
         ranges: &[Range<u32>],
         room: &mut Vec<R::Record>,

@@ -1,6 +1,6 @@
 //! The texture that mirrors the tables of the draw list. It takes only what changed.
 
-use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
+use super::scatter::{MANY_RANGES, Place, Scatter, ScatterBuffers};
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::growing_buffer::gap;
@@ -218,7 +218,7 @@ impl<T: bytemuck::Pod> RecordTable<T> {
         let apart = if ranges.len() >= MANY_RANGES { records.dirty().ranges(0) } else { Vec::new() };
         let bytes_apart = apart.iter().map(|range| range.len() * size).sum::<usize>() as u64;
         if (1..=MOST_BYTES_UNDER_WAY).contains(&bytes_apart) {
-            let place = (&texture.view, texture.start(self.kind) as u32);
+            let place = Place { texture: &texture.view, start: texture.start(self.kind) as u32 };
             return self.scattered.write(gpu, scatter, place, records, &apart, &mut self.room);
         }
         let mut pace = Pace::new(MOST_BYTES_UNDER_WAY);

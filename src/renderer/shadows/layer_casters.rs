@@ -247,7 +247,7 @@ impl Layer {
 
     /// Casters to be drawn into a layer that is due, whose number is given. `frame`: if it was looked at before, and
     /// its number.
-    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, (is_same, frame): (bool, u64)) -> DueLayer {
+    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, is_same: bool, frame: u64) -> DueLayer {
         self.busy += u32::from(!is_same);
         let is_still = |caster: &Caster| caster.since + STILL <= frame;
         let missing = self.vertices(meshes, |caster| is_still(caster) && !(caster.in_base && self.base.is_some()));

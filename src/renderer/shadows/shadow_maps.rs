@@ -102,6 +102,15 @@ pub(crate) fn views_with_room(frame: &FrameData<'_>, plans: &[&ViewPlan]) -> usi
     plans.iter().take_while(fits).count().max(1)
 }
 
+/// Sources of what casters are drawn from.
+#[derive(Clone, Copy)]
+pub(crate) struct CasterSources<'a> {
+    pub tables: &'a FrameTables,
+    pub frame_layout: &'a wgpu::BindGroupLayout,
+    pub meshes: &'a Meshes,
+    pub textures: &'a Textures,
+}
+
 impl ShadowMaps {
     pub fn new() -> Self {
         Self {
@@ -286,7 +295,7 @@ impl ShadowMaps {
         let layers = self.layers.iter_mut().enumerate().filter(|(_, layer)| layer.owner.is_some());
         let layers: Vec<_> =
             layers.filter_map(|(number, layer)| layer.is_due(is_same).then_some((number, layer))).collect();
-        let due = |(number, layer): (usize, &mut Layer)| layer.due(number, gpu, meshes, (is_same, seen.frame));
+        let due = |(number, layer): (usize, &mut Layer)| layer.due(number, gpu, meshes, is_same, seen.frame);
         self.due = map_in_parallel(layers.into_iter(), due);
         self.upload(gpu)
     }
@@ -321,8 +330,7 @@ impl ShadowMaps {
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        (tables, frame_layout): (&FrameTables, &wgpu::BindGroupLayout),
-        (meshes, textures): (&Meshes, &Textures),
+        CasterSources { tables, frame_layout, meshes, textures }: CasterSources<'_>,
         timestamps: Option<&Timestamps>,
     ) {
         let Some(device) = self.device.as_mut().filter(|_| !self.due.is_empty()) else { return };

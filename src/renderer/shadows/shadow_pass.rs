@@ -136,7 +136,7 @@ impl OnDevice {
         };
         let opaque_layout = layout(None);
         let pipeline = |entry, compare, buffers: &[_]| {
-            pipeline(device, &shaders, &opaque_layout, (entry, None), &[], compare, buffers)
+            pipeline(device, &shaders, &opaque_layout, Entries { vertex: entry, fragment: None }, &[], compare, buffers)
         };
         let opaque = pipeline("vs_opaque", wgpu::CompareFunction::Greater, &[Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)]);
         let empty = pipeline("vs_empty", wgpu::CompareFunction::Always, &[]);
@@ -169,7 +169,7 @@ impl OnDevice {
                 ("TRANSFORMED_UVS", f64::from(u32::from(transformed_uvs))),
                 ("VERTEX_COLORS", f64::from(u32::from(vertex_colors))),
             ];
-            let entries = ("vs_mask", Some("fs_mask"));
+            let entries = Entries { vertex: "vs_mask", fragment: Some("fs_mask") };
             let buffers = [Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)];
             let compare = wgpu::CompareFunction::Greater;
             pipeline(device, shaders, mask_layout, entries, &constants, compare, &buffers)
@@ -199,11 +199,17 @@ impl OnDevice {
     }
 }
 
+/// Entry points of a shader.
+struct Entries<'a> {
+    vertex: &'a str,
+    fragment: Option<&'a str>,
+}
+
 fn pipeline(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
     layout: &wgpu::PipelineLayout,
-    (vertex, fragment): (&str, Option<&str>),
+    Entries { vertex, fragment }: Entries<'_>,
     constants: &[(&str, f64)],
     compare: wgpu::CompareFunction,
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],

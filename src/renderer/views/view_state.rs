@@ -307,7 +307,8 @@ impl ViewState {
         culling: &Culling,
         draws: &IndirectDraws,
         plan: &ViewPlan,
-        (cells, few): (Option<&Cells>, Option<&CpuCulling>),
+        cells: Option<&Cells>,
+        few: Option<&CpuCulling>,
     ) -> Result<(), RenderError> {
         let on_cpu = self.only.is_some() || plan.settings.few_on_cpu && self.culled.pyramid().is_none();
         let only = self.only.as_deref();
@@ -342,7 +343,8 @@ impl ViewState {
         &mut self,
         gpu: &Gpu,
         list: &DrawList,
-        (plan, shadow_records): (&ViewPlan, u32),
+        plan: &ViewPlan,
+        shadow_records: u32,
         uploads: Uploads,
         prepared: u64,
     ) {

@@ -92,11 +92,11 @@ impl<'a> Names<'a> {
             }
             if let Some(name) = named.filter(|_| entity.camera.is_some()) {
                 let reached_by = format!("{name:?}");
-                note(&mut self.cameras, &mut self.shared, &at, ("camera", name), &reached_by);
+                note(&mut self.cameras, &mut self.shared, &at, "camera", name, &reached_by);
             }
             if let Some(name) = named.filter(|_| entity.vehicle.is_some()) {
                 let reached_by = format!("\"chase {name}\"");
-                note(&mut self.vehicles, &mut self.shared, &at, ("vehicle", name), &reached_by);
+                note(&mut self.vehicles, &mut self.shared, &at, "vehicle", name, &reached_by);
             }
             self.entities(&at.field("children"), &entity.children);
             self.entities(&at.field("attach"), &entity.attach);
@@ -108,7 +108,8 @@ fn note<'a>(
     known: &mut HashMap<&'a str, Known>,
     all: &mut Vec<Shared>,
     at: &Trail,
-    (kind, name): (&str, &'a str),
+    kind: &str,
+    name: &'a str,
     reached_by: &str,
 ) {
     let Some(Known { first, shared }) = known.get_mut(name) else {

@@ -13,7 +13,7 @@ use systems::describe::{Fault, Trail};
 pub fn duplicates(scene: &Scene) -> Vec<Fault> {
     let mut names = Names { scene, known: HashMap::new(), faults: Vec::new() };
     let top = Trail::default();
-    names.entities(&scene.entities, &top.field("entities"), (None, true));
+    names.entities(&scene.entities, &top.field("entities"), None, true);
     for (i, generator) in scene.generators.iter().enumerate() {
         names.generator(generator, &top.field("generators").enter(Step::Index(i), "").field("entity"));
     }
@@ -28,14 +28,14 @@ struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    fn entities(&mut self, entities: &'a [Entity], at: &Trail, on: (Option<&str>, bool)) {
+    fn entities(&mut self, entities: &'a [Entity], at: &Trail, thing: Option<&str>, is_at_top: bool) {
         for (i, entity) in entities.iter().enumerate() {
-            self.entity(entity, &|| at.enter(Step::Index(i), ""), on);
+            self.entity(entity, &|| at.enter(Step::Index(i), ""), thing, is_at_top);
         }
     }
 
     /// `thing`: the name of the one that the entity is on.
-    fn entity(&mut self, entity: &'a Entity, at: &dyn Fn() -> Trail, (thing, is_at_top): (Option<&str>, bool)) {
+    fn entity(&mut self, entity: &'a Entity, at: &dyn Fn() -> Trail, thing: Option<&str>, is_at_top: bool) {
         let mounted = self.scene.rigs.of(entity);
         if entity.sensor.is_none() && entity.children.is_empty() && mounted.is_empty() {
             return;
@@ -47,9 +47,9 @@ impl<'a> Names<'a> {
         // One without a name is called by its number, which no other has.
         let own = entity.name.clone().unwrap_or_else(|| at.fault("").place);
         let thing = if self.is_thing(entity, is_at_top) { Some(own.as_str()) } else { thing };
-        self.entities(&entity.children, &at.field("children"), (thing, false));
+        self.entities(&entity.children, &at.field("children"), thing, false);
         for one in mounted {
-            self.entity(one, &|| at.field("rig"), (thing, false));
+            self.entity(one, &|| at.field("rig"), thing, false);
         }
     }
 

@@ -156,6 +156,6 @@ impl Drawing {
             return Ok(Vec::new());
         }
         let (renderer, batches) = self.renderer()?;
-        simulation.with_frame(|frame| renderer.draw_alone(frame, batches, views))
+        simulation.with_frame(|frame| renderer.draw_alone(frame, batches, views.0, views.1))
     }
 }
