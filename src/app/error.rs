@@ -1,7 +1,7 @@
 //! Reasons for no window.
 
-use crate::frames::FrameError;
 use crate::renderer::{GpuError, RenderError};
+use crate::scene::SceneError;
 
 /// Errors that keep a window from opening, or end it.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +17,7 @@ pub enum AppError {
     Render(#[from] RenderError),
     /// The scene's files cannot be read again.
     #[error(transparent)]
-    Texels(#[from] FrameError),
+    Texels(#[from] SceneError),
 }
 
 /// winit's errors begin with the place in its source.

@@ -1,6 +1,6 @@
 //! Common parts of a frame's error figures: the choice of the frame, and the folder of its pictures.
 
-use crate::frames::LoadOptions;
+use crate::session::LoadOptions;
 use std::path::PathBuf;
 use systems::Simulation;
 use systems::assets::Technique;

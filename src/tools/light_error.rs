@@ -5,9 +5,10 @@
 //! compares the pictures as written, all of them. Seams are found where two pieces of one object meet: the renderer is
 //! handed records with slots for ids, which tell them apart.
 
-use crate::frames::{self, FrameError, Stage};
+use crate::frames::{self, FrameError};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView};
+use crate::session::Session;
 use crate::tools::compare::{self, Shown};
 use crate::tools::error::ToolError;
 use crate::tools::frame_error::{self, FrameErrorJob};
@@ -97,13 +98,13 @@ struct PolicyPicture {
 pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
     compare::check_size(job.size)?;
     let (width, height) = job.size;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
+    let mut stage = frames::load_session(&job.scene, job.camera.as_deref(), &job.load)?;
     let forced = LightPolicy::ALL.into_iter().filter(|(_, policy)| *policy != LightPolicy::All);
     let policies =
         || std::iter::once(("default", None)).chain(forced.clone().map(|(name, policy)| (name, Some(policy))));
     let of_policies = policies().flat_map(|(name, _)| [name.to_owned(), error_name(name)]);
     let outputs: Vec<PathBuf> = of_policies.chain(["all".to_owned()]).map(|name| job.picture(&name)).collect();
-    stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
+    frames::check_outputs(&stage.scene.files, |path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);
     for _ in 0..job.frame {
         stage.simulation.step();
@@ -147,7 +148,7 @@ pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
 
 /// Draws a frame by a policy, or as the scene has it, with slots for ids.
 fn draw(
-    stage: &mut Stage,
+    stage: &mut Session,
     renderer: &mut SingleView,
     job: &FrameErrorJob,
     policy: Option<LightPolicy>,

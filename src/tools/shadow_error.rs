@@ -5,9 +5,10 @@
 //! without shadows, with shadow maps, and with the scene's own light policies, each light of an object shadowed as rays
 //! find it. Figures are those of `light_error`.
 
-use crate::frames::{self, FrameError, Stage};
+use crate::frames::{self, FrameError};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
+use crate::session::Session;
 use crate::tools::compare::{self, PictureError, quarters};
 use crate::tools::error::ToolError;
 use crate::tools::frame_error::{self, FrameErrorJob};
@@ -121,10 +122,10 @@ enum Shadows<'a> {
 pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError> {
     compare::check_size(job.size)?;
     let (width, height) = job.size;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
+    let mut stage = frames::load_session(&job.scene, job.camera.as_deref(), &job.load)?;
     let names = ["truth", "unshadowed", "unshadowed_error", "maps", "maps_error", "perfect", "perfect_error"];
     let outputs = names.map(|name| job.picture(name));
-    stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
+    frames::check_outputs(&stage.scene.files, |path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);
     for _ in 0..job.frame {
         stage.simulation.step();
@@ -207,14 +208,14 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
 }
 
 /// A frame with lights by a policy, or by those of the scene.
-fn select_lights(stage: &mut Stage, policy: Option<LightPolicy>) {
+fn select_lights(stage: &mut Session, policy: Option<LightPolicy>) {
     stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
     stage.simulation.frame();
 }
 
 /// Draws the world's last frame with slots for ids, and makes pixels of its samples.
 fn draw(
-    stage: &mut Stage,
+    stage: &mut Session,
     renderer: &mut SingleView,
     view: &View,
     job: &FrameErrorJob,

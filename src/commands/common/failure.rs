@@ -150,7 +150,9 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
-        | FrameError::Recording(RecordingError::Refused { .. }) => BAD_INPUT,
+        | FrameError::Recording(
+            RecordingError::Refused { .. } | RecordingError::Misused(_) | RecordingError::Scene(_),
+        ) => BAD_INPUT,
         FrameError::Output(error)
         | FrameError::Video(VideoError::Output(error))
         | FrameError::Recording(RecordingError::Output(error)) => code_of_output(error),
