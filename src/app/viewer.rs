@@ -19,8 +19,8 @@ use systems::draw::View;
 use systems::ecs::clock::{Clock, SPEEDS};
 use systems::lights::Light;
 use systems::run::inputs::Input;
-use systems::run::registry::{EntityRegistry, StateId};
-use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl};
+use systems::run::registry::StateId;
+use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl, push_for};
 use systems::sensors::Sensor;
 use systems::space::{Aabb, GlobalTransform, Interpolation};
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
@@ -117,10 +117,7 @@ impl Viewer {
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
-            Command::NextMeshVariant => {
-                let applied = self.session.apply(NextMeshVariant);
-                self.note(applied);
-            }
+            Command::NextMeshVariant => self.keep(|session| session.apply(NextMeshVariant)),
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
             Command::ToggleShadows => {
@@ -265,17 +262,14 @@ impl Viewer {
 
     /// Changes the world from outside: now, between two steps.
     fn input<T: Input>(&mut self, entity: Entity, input: impl FnOnce(StateId) -> T) {
-        if let Some(id) = self.session.simulation.world.resource::<EntityRegistry>().id(entity) {
-            let applied = self.session.apply(input(id));
-            self.note(applied);
-        }
+        push_for(&mut self.session.simulation.world, entity, input);
+        self.keep(Session::apply_inputs);
     }
 
     /// Lets real time go by: applies the inputs, and takes the steps that are due, as far as there is time for
     /// them. Returns how many.
     pub fn advance(&mut self, seconds: f64) -> u64 {
-        let applied = self.session.apply_inputs();
-        self.note(applied);
+        self.keep(Session::apply_inputs);
         let (due, began) = (self.clock().advance(seconds), Instant::now());
         let mut taken = 0;
         while taken < due && !self.clock().paused && (taken == 0 || began.elapsed() < STEPPING) {
@@ -297,8 +291,7 @@ impl Viewer {
     fn step(&mut self) {
         self.hold_keys();
         if !self.session.is_at_end() {
-            let taken = self.session.step();
-            self.note(taken);
+            self.keep(Session::step);
             self.sensors.update(&mut self.session.simulation);
         }
         if self.session.is_at_end() && !self.clock().paused {
@@ -309,13 +302,12 @@ impl Viewer {
 
     /// Ends the run in order.
     pub fn finish(&mut self) {
-        let finished = self.session.finish();
-        self.note(finished);
+        self.keep(Session::finish);
     }
 
-    /// Says what went wrong with a recording, and goes on without it.
-    fn note(&mut self, result: Result<(), RecordingError>) {
-        if let Err(error) = result {
+    /// Does what a recording may have to take note of; says what goes wrong with that, and goes on without it.
+    fn keep(&mut self, work: impl FnOnce(&mut Session) -> Result<(), RecordingError>) {
+        if let Err(error) = work(&mut self.session) {
             eprintln!("error: {error}");
             self.notice = error.to_string();
             self.session.stop_writing();

@@ -10,6 +10,7 @@ use crate::app::shown::panel::{self, FrameInfo, SidePanel};
 use crate::app::shown::{details, object_lights, overlay, sensor_overlay, sensor_thumbnails};
 use crate::app::timing::Timing;
 use crate::app::viewer::{Effect, Viewer};
+use crate::frames::FrameError;
 use crate::output;
 use crate::renderer::{RenderError, RenderStats, instance_flags};
 use glam::{Vec2, Vec3};
@@ -58,7 +59,9 @@ impl App {
     fn redraw(&mut self, event_loop: &ActiveEventLoop) {
         let Some(mut open) = self.open.take() else { return };
         let drawn = match open.redraw() {
-            Err(AppError::Render(error)) if error.is_of_device() && open.reopened < MOST_REOPENED => {
+            Err(AppError::Frame(FrameError::Render(error)))
+                if error.is_of_device() && open.reopened < MOST_REOPENED =>
+            {
                 open.reopen(&error).map(|open| (open, ControlFlow::Wait))
             }
             Ok(control_flow) => Ok((open, control_flow)),
@@ -436,8 +439,7 @@ impl Open {
         self.view = Some(view);
         let picture = self.graphics.renderer.draw_picture();
         self.graphics.gpu.check()?;
-        let step = self.viewer.clock().step;
-        let path = free_name(&self.viewer.session.scene.name, step, "png");
+        let path = free_name(&self.viewer.session.scene.name, self.viewer.session.step_number(), "png");
         let picture: image::RgbImage = picture.convert();
         self.tell_saved(&path, output::write_png(&path, &picture.into()));
         Ok(())
@@ -445,8 +447,7 @@ impl Open {
 
     /// Writes the state into the working directory.
     fn save_snapshot(&mut self) {
-        let step = self.viewer.clock().step;
-        let path = free_name(&self.viewer.session.scene.name, step, "snapshot");
+        let path = free_name(&self.viewer.session.scene.name, self.viewer.session.step_number(), "snapshot");
         let saved = self.viewer.session.save_snapshot(&path);
         self.tell_saved(&path, saved);
     }

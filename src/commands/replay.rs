@@ -58,12 +58,10 @@ pub struct ReplayArgs {
 }
 
 pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
-    let scene = match &args.scene {
-        Some(scene) => scene.clone(),
-        None => recording::scene_of(&args.recording)?,
-    };
+    let recorded = recording::identity_of(&args.recording)?;
+    let scene = args.scene.clone().unwrap_or_else(|| recorded.scene.into());
     // A run may have another than its scene.
-    let seed = Some(recording::seed_of(&args.recording)?);
+    let seed = Some(recorded.seed);
     let (hash, recording) = (args.hash.clone(), args.recording.clone());
     let files = RunFiles { hash, replay: Some(recording), ..RunFiles::default() };
     if let Some(folder) = &args.output {

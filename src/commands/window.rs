@@ -7,7 +7,7 @@ use crate::commands::common::view::{PictureArgs, ViewArgs};
 use crate::commands::rendering::render::render;
 use crate::data::Work;
 #[cfg(feature = "window")]
-use crate::frames::{self, FrameError};
+use crate::frames;
 use crate::frames::{Frames, RunJob};
 use crate::recording::RunFiles;
 #[cfg(feature = "window")]
@@ -59,9 +59,7 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     match app::run(options) {
         Ok(()) => Ok(()),
         Err(AppError::NoDisplay(reason)) => instead(&reason, job, view),
-        Err(AppError::Gpu(error)) => Err(error.into()),
-        Err(AppError::Render(error)) => Err(FrameError::from(error).into()),
-        Err(AppError::Texels(error)) => Err(error.into()),
+        Err(AppError::Frame(error)) => Err(error.into()),
     }
 }
 

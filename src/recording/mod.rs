@@ -24,7 +24,7 @@ mod snapshots;
 pub use error::RecordingError;
 pub use identity::Identity;
 pub(crate) use identity::PROGRAM;
-pub use player::{Recording, scene_of, seed_of};
+pub use player::{Recording, identity_of};
 pub use recorder::Recorder;
 pub use run_files::RunFiles;
 pub use snapshots::Snapshot;

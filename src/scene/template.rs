@@ -54,14 +54,6 @@ impl Template {
         Ok(Self { library, ..template })
     }
 
-    /// The same of the files as they are now.
-    ///
-    /// # Errors
-    /// The same as [`Self::load`].
-    pub fn read_again(&self) -> Result<Self, SceneError> {
-        Self::load_with(&self.path, &self.overrides)
-    }
-
     /// A world of the scene, as it begins. A `seed` takes the place of the scene's own, in all that is random in it but
     /// generators with seeds of their own.
     pub fn instantiate(&self, seed: Option<u64>) -> (Simulation, LoadedScene) {

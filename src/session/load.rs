@@ -110,9 +110,6 @@ fn work_out(library: &mut Library, options: &LoadOptions) {
 }
 
 /// The world of a scene; warnings are logged.
-///
-/// # Errors
-/// [`SceneError`].
 pub fn world(path: &Path, options: &LoadOptions) -> Result<(Simulation, LoadedScene), SceneError> {
     let mut simulation = (options.simulation)();
     let watch = options.watch.map(|begin| begin());
@@ -127,10 +124,7 @@ pub fn world(path: &Path, options: &LoadOptions) -> Result<(Simulation, LoadedSc
     Ok((simulation, scene))
 }
 
-/// Reads texels that a renderer has taken again: see [`Session::restore_texels`](super::Session::restore_texels).
-///
-/// # Errors
-/// [`SceneError`].
+/// Reads texels again that a renderer has taken: see [`Session::restore_texels`](super::Session::restore_texels).
 pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simulation) -> Result<(), SceneError> {
     if !simulation.library().lacks_texels() {
         return Ok(());

@@ -48,7 +48,7 @@ pub struct Session {
 enum Source {
     /// The file, read for each.
     File(LoadOptions),
-    /// What was read once.
+    /// A scene that was read once.
     Template(Arc<Template>),
 }
 
@@ -59,22 +59,22 @@ impl Session {
     /// [`SceneError`].
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
         let (simulation, scene) = load::world(path, options)?;
-        Ok(Self::new(path, Source::File(options.clone()), options.seed, (simulation, scene)))
+        Ok(Self::new(path.to_owned(), Source::File(options.clone()), options.seed, simulation, scene))
     }
 
     /// A session of a scene that was read. A `seed` takes the place of the scene's own.
     pub fn of(template: Arc<Template>, seed: Option<u64>) -> Self {
-        let (world, path) = (template.instantiate(seed), template.path().to_owned());
-        Self::new(&path, Source::Template(template), seed, world)
+        let (simulation, scene) = template.instantiate(seed);
+        Self::new(template.path().to_owned(), Source::Template(template), seed, simulation, scene)
     }
 
-    fn new(path: &Path, source: Source, seed: Option<u64>, (simulation, scene): (Simulation, LoadedScene)) -> Self {
+    fn new(path: PathBuf, source: Source, seed: Option<u64>, simulation: Simulation, scene: LoadedScene) -> Self {
         let camera = scene.cameras.first().map_or(Entity::PLACEHOLDER, |(_, camera)| *camera);
         Self {
             simulation,
             scene,
             viewpoint: camera.into(),
-            path: path.to_owned(),
+            path,
             source,
             seed,
             identity: Arc::default(),
@@ -108,7 +108,10 @@ impl Session {
         self.refuse_while_kept()?;
         match &self.source {
             Source::File(_) => self.fresh(None),
-            Source::Template(template) => Ok(Self::of(Arc::new(template.read_again()?), self.seed)),
+            Source::Template(template) => {
+                let read = Template::load_with(&self.path, template.overrides())?;
+                Ok(Self::of(Arc::new(read), self.seed))
+            }
         }
     }
 
@@ -246,7 +249,12 @@ impl Session {
         let files = RunFiles { record: Some(path.to_owned()), ..RunFiles::default() };
         files.refuse_overwriting(&self.scene.files)?;
         output::check_folder(path)?;
-        self.recorder = Some(Recorder::create_under_way(path, self.identity()?, &mut self.simulation)?);
+        let mut recorder = Recorder::create(path, self.identity()?, &mut self.simulation)?;
+        if self.step_number() == 0 {
+            // The state may be another than the scene's even before the first step.
+            recorder.snapshot(0, &mut self.simulation)?;
+        }
+        self.recorder = Some(recorder);
         Ok(())
     }
 
@@ -329,6 +337,7 @@ impl Session {
         }
         // The seed is another, an entity of the scene is gone, or the snapshot fits no world: a new one shows which.
         let mut other = self.fresh(Some(seed))?;
+        let now = other.identity()?;
         let restored = saved.restore(name, &now, &mut other.simulation);
         match (&restored, before) {
             (Ok(()), _) => *self = other,

@@ -223,7 +223,7 @@ impl Sim {
 
     /// Another world of the scene in the same state, which shares its meshes and images.
     fn fork(&self, py: Python<'_>) -> PyResult<Self> {
-        self.with(py, World::fork).map(Self::of)
+        self.with(py, |world| Ok(Self::of(World::of(world.fork()?))))
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
@@ -280,7 +280,7 @@ impl Sim {
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| {
             world.rest();
-            world.finish()
+            Ok(world.finish()?)
         })
     }
 

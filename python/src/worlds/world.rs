@@ -146,19 +146,13 @@ impl World {
 
     /// The first entity of a name; else the nearest name.
     pub fn find(&self, name: &str) -> Outcome<StateId> {
-        let is_named = |world: &relief::bevy_ecs::world::World, entity| {
-            world.get::<Name>(entity).is_some_and(|own| own.as_str() == name)
-        };
-        let found = self.ids_where(is_named).first().copied();
-        found.ok_or_else(|| {
-            let world = &self.simulation.world;
-            let names: Vec<&str> = self
-                .ids_where(|world, entity| world.get::<Name>(entity).is_some())
-                .into_iter()
-                .filter_map(|id| world.get::<Name>(self.living(id)?).map(Name::as_str))
-                .collect();
-            let hint = relief::name::hint(&names, name);
-            Failure::Name(format!("unknown entity {name:?}{hint}"))
+        let world = &self.simulation.world;
+        let all = world.resource::<EntityRegistry>().iter();
+        let named: Vec<(StateId, &str)> =
+            all.filter_map(|(id, entity)| Some((id, world.get::<Name>(entity)?.as_str()))).collect();
+        named.iter().find(|(_, own)| *own == name).map(|(id, _)| *id).ok_or_else(|| {
+            let names: Vec<&str> = named.iter().map(|(_, own)| *own).collect();
+            Failure::Name(format!("unknown entity {name:?}{}", relief::name::hint(&names, name)))
         })
     }
 
@@ -215,11 +209,6 @@ impl World {
         done.map_err(Into::into)
     }
 
-    /// Another world of the scene in the same state.
-    pub fn fork(&mut self) -> Outcome<Self> {
-        Ok(Self::of(self.session.fork()?))
-    }
-
     /// Begins to record; the recording's number.
     pub fn record(&mut self, path: &Path) -> Outcome<u64> {
         self.session.record(path)?;
@@ -229,12 +218,7 @@ impl World {
 
     /// Ends a recording, unless it has ended.
     pub fn finish_recording(&mut self, number: u64) -> Outcome<()> {
-        if number == self.recordings { self.finish() } else { Ok(()) }
-    }
-
-    /// Ends a recording, if there is one.
-    pub fn finish(&mut self) -> Outcome<()> {
-        Ok(self.session.finish()?)
+        if number == self.recordings { Ok(self.finish()?) } else { Ok(()) }
     }
 
     /// Captures sensors, in one submission.
@@ -283,8 +267,9 @@ pub struct Replay {
 impl Replay {
     /// At its beginning. `scene`: in the place of that which was recorded.
     pub fn begin(recording: &Path, scene: Option<&Path>) -> Outcome<Self> {
-        let scene = scene.map_or_else(|| recording::scene_of(recording), |scene| Ok(scene.to_owned()))?;
-        let mut world = World::load(&scene, &Overrides::default(), Some(recording::seed_of(recording)?))?;
+        let recorded = recording::identity_of(recording)?;
+        let scene = scene.unwrap_or(Path::new(&recorded.scene));
+        let mut world = World::load(scene, &Overrides::default(), Some(recorded.seed))?;
         world.begin(&RunFiles { replay: Some(recording.to_owned()), ..RunFiles::default() }, 0)?;
         let warning = world.recording().and_then(Recording::warning);
         Ok(Self { world, warning })

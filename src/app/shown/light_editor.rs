@@ -6,7 +6,7 @@ use egui::{Grid, Id, Slider, SliderClamping, Ui};
 use serde_json::{Map, Value, json};
 use systems::describe::{faults, fields};
 use systems::lights::{Light, LightDescription, LightFields};
-use systems::run::standard_inputs::edit_light;
+use systems::run::standard_inputs::{EditLight, push_for};
 
 /// Initial value of the temperature slider, kelvin: a light keeps its colour, not the temperature that it came from.
 const DAYLIGHT: f32 = 6500.0;
@@ -33,7 +33,7 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
         && let Ok(edited) = serde_json::from_value::<LightDescription>(json!({ kind: values }))
         && faults(&edited).iter().all(|fault| faults(&before).contains(fault))
     {
-        edit_light(world, entity, (&edited).into());
+        push_for(world, entity, |entity| EditLight { entity, light: (&edited).into() });
     }
 }
 
