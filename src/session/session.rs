@@ -204,18 +204,11 @@ impl Session {
         if let Some(path) = &files.record {
             self.recorder = Some(Recorder::create(path, self.identity()?, &mut self.simulation)?);
         }
-        let step = self.step_number();
         if let Some(path) = &files.hash {
             let file = output::create_anew(path).map_err(|error| RecordingError::unwritable(path, error))?;
             self.hashes = Some((path.clone(), file));
-            let hash = self.hash();
-            self.note_hash(step, hash)?;
         }
-        if self.state(step).is_some() {
-            let hash = self.hash();
-            self.check_state(step, hash)?;
-        }
-        Ok(())
+        self.note_state(false).map(drop)
     }
 
     fn replay(&mut self, path: &Path, from: u64) -> Result<(), RecordingError> {
@@ -288,13 +281,23 @@ impl Session {
         self.states.last().map(|(step, _)| *step)
     }
 
-    fn state(&self, step: u64) -> Option<StateHash> {
-        self.states.iter().find(|(expected, _)| *expected == step).map(|(_, hash)| *hash)
-    }
-
-    fn check_state(&self, step: u64, hash: StateHash) -> Result<(), RecordingError> {
-        let is_other = self.state(step).is_some_and(|expected| expected != hash);
-        if is_other { Err(RecordingError::Parted { step }) } else { Ok(()) }
+    /// Takes the hash of the state if it is wanted, is to be written or is expected.
+    fn note_state(&mut self, is_wanted: bool) -> Result<Option<StateHash>, RecordingError> {
+        let step = self.step_number();
+        let expected = self.states.iter().find(|(expected, _)| *expected == step).map(|(_, hash)| *hash);
+        if !is_wanted && self.hashes.is_none() && expected.is_none() {
+            return Ok(None);
+        }
+        let hash = self.hash();
+        if let Some((path, file)) = &mut self.hashes {
+            // By one call to the system: a program that is killed leaves whole lines.
+            let line = format!("{step} {hash}\n");
+            file.write_all(line.as_bytes()).map_err(|error| RecordingError::unwritable(path, error))?;
+        }
+        if expected.is_some_and(|expected| expected != hash) {
+            return Err(RecordingError::Parted { step });
+        }
+        Ok(Some(hash))
     }
 
     /// Snapshot of the run as it is now.
@@ -384,7 +387,17 @@ impl Session {
         self.simulation.step();
         let warnings = warnings::take(&mut self.simulation);
         self.warnings.extend(warnings.into_iter().inspect(|warning| tracing::warn!("{warning}")));
-        self.stepped()
+        let step = self.step_number();
+        let expected = self.recording.as_ref().and_then(|recording| recording.hash(step));
+        let is_marked = self.recorder.as_ref().is_some_and(|recorder| recorder.wants_hash(step));
+        let hash = self.note_state(is_marked || expected.is_some())?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.stepped(step, hash, &mut self.simulation)?;
+        }
+        match &self.recording {
+            Some(recording) if expected != hash && expected.is_some() => Err(recording.diverged(step)),
+            _ => Ok(()),
+        }
     }
 
     /// Takes a step, but not beyond the end of a replay. Returns whether it was taken.
@@ -397,32 +410,6 @@ impl Session {
             self.step()?;
         }
         Ok(goes_on)
-    }
-
-    fn stepped(&mut self) -> Result<(), RecordingError> {
-        let step = self.step_number();
-        let expected = self.recording.as_ref().and_then(|recording| recording.hash(step));
-        let is_marked = self.recorder.as_ref().is_some_and(|recorder| recorder.wants_hash(step));
-        let is_wanted = self.hashes.is_some() || is_marked || expected.is_some() || self.state(step).is_some();
-        let hash = is_wanted.then(|| self.hash());
-        if let Some(hash) = hash {
-            self.note_hash(step, hash)?;
-            self.check_state(step, hash)?;
-        }
-        if let Some(recorder) = &mut self.recorder {
-            recorder.stepped(step, hash, &mut self.simulation)?;
-        }
-        match &self.recording {
-            Some(recording) if expected != hash && expected.is_some() => Err(recording.diverged(step)),
-            _ => Ok(()),
-        }
-    }
-
-    /// A line by one call to the system: a program that is killed leaves whole lines.
-    fn note_hash(&mut self, step: u64, hash: StateHash) -> Result<(), RecordingError> {
-        let Some((path, file)) = &mut self.hashes else { return Ok(()) };
-        let line = format!("{step} {hash}\n");
-        file.write_all(line.as_bytes()).map_err(|error| RecordingError::unwritable(path, error))
     }
 
     /// Takes the warnings of the steps so far, each once; a log has them already.
