@@ -5,9 +5,10 @@
 //! steps, draws a picture for each simulated second, and writes the state's hash after each step to
 //! `FOLDER/headless.txt`.
 
-use relief::frames::{self, Headless, LoadOptions};
+use relief::frames::Headless;
 use relief::prelude::*;
-use relief::recording::{Identity, Recorder, RunFiles};
+use relief::recording::{Recorder, RunFiles};
+use relief::session::{LoadOptions, Session};
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::inputs;
 use relief::systems::run::inputs::{Inputs, SavedInput};
@@ -35,16 +36,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     replay(&scene, &recording, &folder.join("headless.txt"))
 }
 
-fn load() -> LoadOptions {
-    LoadOptions::for_one_renderer()
+fn load(scene: &Path) -> Result<Session, Box<dyn Error>> {
+    Ok(Session::load(scene, &LoadOptions::for_one_renderer())?)
 }
 
 /// Writes what comes from outside at which step. No step is taken: where things are does not matter to it.
 fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn Error>> {
-    let mut stage = frames::load_stage(scene, None, &load())?;
-    let identity = Identity::of(scene, &stage.scene.files, &stage.simulation)?;
-    let mut recorder = Recorder::create(recording, identity, &mut stage.simulation)?;
-    let world = &mut stage.simulation.world;
+    let mut session = load(scene)?;
+    let mut recorder = Recorder::create(recording, session.identity()?, &mut session.simulation)?;
+    let world = &mut session.simulation.world;
     let second = (1.0 / world.resource::<Clock>().step_seconds).round().max(1.0) as u64;
     let kinds: Vec<String> = world.resource::<VehicleTypes>().iter().map(|(_, kind)| kind.name.clone()).collect();
     let (mut lamps, mut vehicles) = (VecDeque::new(), VecDeque::new());
@@ -87,23 +87,22 @@ fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn E
 
 /// Takes the steps, draws a picture for each simulated second and tells how much memory that takes.
 fn replay(scene: &Path, recording: &Path, hashes: &Path) -> Result<(), Box<dyn Error>> {
-    let mut stage = frames::load_stage(scene, None, &load())?;
+    let mut session = load(scene)?;
     let (hash, replay) = (Some(hashes.to_owned()), Some(recording.to_owned()));
     let files = RunFiles { hash, replay, ..RunFiles::default() };
-    let mut stepper = frames::begin_run(&mut stage, scene, &files, 0)?;
+    session.begin(&files, 0)?;
     let mut headless = Headless::new()?;
-    let second = (1.0 / stage.simulation.world.resource::<Clock>().step_seconds).round().max(1.0) as u64;
-    while !stepper.is_at_end(&stage.simulation) {
-        stepper.step(&mut stage.simulation)?;
-        let step = stage.simulation.world.resource::<Clock>().step;
+    let second = (1.0 / session.simulation.world.resource::<Clock>().step_seconds).round().max(1.0) as u64;
+    while session.play()? {
+        let step = session.step_number();
         if step.is_multiple_of(second) {
-            headless.draw(&mut stage.simulation, stage.viewpoint, (320, 180))?;
+            headless.draw(&mut session.simulation, session.viewpoint, (320, 180))?;
         }
         if step.is_multiple_of(60 * second) {
             println!("minute {}: {}", step / second / 60, resident().unwrap_or_default());
         }
     }
-    Ok(stepper.finish(&mut stage.simulation)?)
+    Ok(session.finish()?)
 }
 
 /// Resident memory, as Linux tells it (VmRSS in proc(5)).

@@ -4,9 +4,10 @@
 //! `cargo run --release --example own_sensor` writes `own_sensor.ron` and the folder `own_sensor`.
 
 use relief::data::{DatasetOptions, FileFormat, SensorJob, render_sensors};
-use relief::frames::{Frames, LoadOptions, RunJob};
+use relief::frames::{Frames, RunJob};
 use relief::prelude::*;
 use relief::sense::{Measuring, ReadingSensor, Record, add_sensor_kind};
+use relief::session::LoadOptions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::error::Error;

@@ -4,11 +4,11 @@
 //! `cargo run --release --example own_state` writes `own_state.ron` and `own_state.rec`.
 
 use relief::check::check;
-use relief::frames::{self, LoadOptions};
 use relief::prelude::*;
 use relief::recording::RunFiles;
+use relief::session::{LoadOptions, Session};
 use relief::systems::StepSet;
-use relief::systems::run::state_hash::{self, StateHash};
+use relief::systems::run::state_hash::StateHash;
 use serde::{Deserialize, Serialize};
 use std::error::Error;
 use std::path::Path;
@@ -79,23 +79,23 @@ fn simulation() -> Simulation {
 
 /// Takes a hundred steps of the scene, in which the red balloon is punctured; a replay does what was recorded instead.
 fn run(scene: &Path, files: &RunFiles) -> Result<Vec<StateHash>, Box<dyn Error>> {
-    let mut stage = frames::load_stage(scene, None, &LoadOptions { simulation, ..LoadOptions::default() })?;
-    let mut stepper = frames::begin_run(&mut stage, scene, files, 0)?;
+    let mut session = Session::load(scene, &LoadOptions { simulation, ..LoadOptions::default() })?;
+    session.begin(files, 0)?;
     let mut hashes = Vec::new();
     for step in 0..100 {
-        let world = &mut stage.simulation.world;
-        if step == 30 && !stepper.is_replay() {
+        if step == 30 && !session.is_replay() {
+            let world = &mut session.simulation.world;
             let mut named = world.query::<(Entity, &Name)>();
             let red = named.iter(world).find(|(_, name)| name.as_str() == "red").map(|(entity, _)| entity);
             let red = red
                 .and_then(|entity| world.resource::<EntityRegistry>().id(entity))
                 .ok_or("there is no red balloon")?;
-            world.resource_mut::<Inputs>().push(Puncture { balloon: red });
+            session.apply(Puncture { balloon: red })?;
         }
-        stepper.step(&mut stage.simulation)?;
-        hashes.push(state_hash::hash(&mut stage.simulation.world));
+        session.step()?;
+        hashes.push(session.hash());
     }
-    stepper.finish(&mut stage.simulation)?;
+    session.finish()?;
     Ok(hashes)
 }
 

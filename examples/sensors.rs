@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --example sensors`
 
-use relief::frames::{LoadOptions, load_stage};
 use relief::prelude::*;
 use relief::renderer::Gpu;
 use relief::sense::SensorSuite;
+use relief::session::{LoadOptions, Session};
 use std::error::Error;
 use std::path::Path;
 use systems::run::registry::register_all;
@@ -13,7 +13,7 @@ use systems::sensors::{Beams, CameraOutput, CameraSensor, Instance, LidarSensor,
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/traffic.ron");
-    let mut stage = load_stage(&scene, None, &LoadOptions::default())?;
+    let mut stage = Session::load(&scene, &LoadOptions::default())?;
     let simulation = &mut stage.simulation;
 
     // On the first vehicle: ahead is its +Z, where a camera looks along its own −Z.

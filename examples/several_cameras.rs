@@ -4,10 +4,10 @@
 //! cameras, and tells how long a frame of all takes, and one of each.
 
 use relief::demo;
-use relief::frames::{LoadOptions, load_stage};
 use relief::renderer::{
     Gpu, PICTURE_FORMAT, Renderer, Settings, ViewPlan, ViewState, ViewTarget, picture_texture, read_texture,
 };
+use relief::session::{LoadOptions, Session};
 use relief::viewpoint::Viewpoint;
 use std::error::Error;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let scene = arguments.next().map_or_else(|| demo::shipped("assets/scenes/fleet.ron"), PathBuf::from);
     let folder = PathBuf::from(arguments.next().unwrap_or_else(|| ".".into()));
-    let mut stage = load_stage(&scene, None, &LoadOptions::for_one_renderer())?;
+    let mut stage = Session::load(&scene, &LoadOptions::for_one_renderer())?;
     let cameras: Vec<_> = stage.scene.cameras.iter().take(4).cloned().collect();
 
     let gpu = Gpu::headless()?;

@@ -21,7 +21,8 @@
 //! sense     cameras, lidars and other sensors, captured together     box_tree, triangle_tree   what rays meet
 //! data      captures as files: formats, data sets, runs in parts that many machines render
 //! tools     what measures and compares, and makes maps               recording   runs as files, to be replayed
-//! viewpoint what is looked through                                   problem, name, output, video, demo  shared
+//! session   a world and its run, for all of these                    viewpoint   what is looked through
+//! problem, name, output, video, demo  shared
 //! ```
 //!
 //! Programs begin with [`prelude`]; `examples/` continue from there; `docs/extending.md` says where your own code joins
@@ -55,6 +56,7 @@ pub mod recording;
 pub mod renderer;
 pub mod scene;
 pub mod sense;
+pub mod session;
 #[cfg(feature = "tools")]
 pub mod tools;
 mod triangle_tree;

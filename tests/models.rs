@@ -4,7 +4,8 @@
 
 mod common;
 
-use relief::frames::{Headless, LoadOptions, load_stage};
+use relief::frames::Headless;
+use relief::session::{LoadOptions, Session};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -70,7 +71,7 @@ fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
     let files = [models_below(&data.join("models")), models_below(&data.join("asset-generator"))].concat();
     for file in &files {
         let name = file.strip_prefix(&data).expect("below").display().to_string();
-        let mut stage = match load_stage(file, None, &LoadOptions::default()) {
+        let mut stage = match Session::load(file, &LoadOptions::default()) {
             Ok(stage) => stage,
             Err(error) => {
                 refused.push(format!("{name}: {error}"));

@@ -8,7 +8,6 @@ use relief::problem::Problem;
 use relief::recording::RecordingError;
 use relief::renderer::{GpuError, RenderError};
 use relief::scene::SceneError;
-use relief::systems::run::state::StateError;
 use relief::video::VideoError;
 
 /// Error of a call, without the interpreter.
@@ -77,14 +76,10 @@ impl From<RecordingError> for Failure {
     fn from(error: RecordingError) -> Self {
         match error {
             RecordingError::Output(error) => error.into(),
+            RecordingError::Scene(error) => error.into(),
+            RecordingError::Misused(message) => Self::value(message),
             _ => Self::Recording(error.to_string()),
         }
-    }
-}
-
-impl From<StateError> for Failure {
-    fn from(error: StateError) -> Self {
-        Self::Recording(error.to_string())
     }
 }
 

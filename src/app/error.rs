@@ -1,7 +1,6 @@
 //! Reasons for no window.
 
 use crate::frames::FrameError;
-use crate::renderer::{GpuError, RenderError};
 
 /// Errors that keep a window from opening, or end it.
 #[derive(Debug, thiserror::Error)]
@@ -9,15 +8,15 @@ pub enum AppError {
     /// No display, or no window on it.
     #[error("{0}")]
     NoDisplay(String),
-    /// No graphics adapter for the window.
+    /// No graphics adapter, a scene too large for it, no device for long, or files that cannot be read again.
     #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// The scene is too large for the adapter, or there is no device for long.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// The scene's files cannot be read again.
-    #[error(transparent)]
-    Texels(#[from] FrameError),
+    Frame(FrameError),
+}
+
+impl<E: Into<FrameError>> From<E> for AppError {
+    fn from(error: E) -> Self {
+        Self::Frame(error.into())
+    }
 }
 
 /// winit's errors begin with the place in its source.

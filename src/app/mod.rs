@@ -45,7 +45,7 @@ use winit::event_loop::EventLoop;
 /// [`AppError`]. [`AppError::NoDisplay`] comes before anything is drawn, so that the caller can do something else.
 pub fn run(mut options: Options) -> Result<(), AppError> {
     if options.paused {
-        options.simulation.world.resource_mut::<Clock>().paused = true;
+        options.session.simulation.world.resource_mut::<Clock>().paused = true;
     }
     let event_loop = open_event_loop()?;
     let mut app = window::App::new(options);

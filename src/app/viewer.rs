@@ -7,20 +7,20 @@ use crate::app::control::input::Command;
 use crate::app::options::Options;
 use crate::app::sensors::views::SensorViews;
 use crate::name;
-use crate::recording::{RecordingError, Stepper};
+use crate::recording::RecordingError;
 use crate::renderer::{DebugView, Settings};
+use crate::session::Session;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::time::{Duration, Instant};
-use systems::Simulation;
 use systems::assets::{Library, Technique, all_bounds};
 use systems::draw::View;
 use systems::ecs::clock::{Clock, SPEEDS};
 use systems::lights::Light;
-use systems::run::inputs::{Input, Inputs};
-use systems::run::registry::{EntityRegistry, StateId};
-use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl};
+use systems::run::inputs::Input;
+use systems::run::registry::StateId;
+use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl, push_for};
 use systems::sensors::Sensor;
 use systems::space::{Aabb, GlobalTransform, Interpolation};
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
@@ -33,16 +33,8 @@ const NEAREST_PIVOT: f32 = 0.05;
 
 /// Everything that a command can change.
 pub struct Viewer {
-    /// The world.
-    pub simulation: Simulation,
-    /// Takes its steps.
-    pub stepper: Stepper,
-    /// The scene's name.
-    pub title: String,
-    /// Names and entities of the scene's cameras.
-    pub cameras: Vec<(String, Entity)>,
-    /// Viewpoint, or the last one before the camera was moved.
-    pub viewpoint: Viewpoint,
+    /// The world and its run. Its viewpoint is the last one before the camera was moved.
+    pub session: Session,
     /// The vehicle that is driven, and the keys held.
     pub driven: Option<Entity>,
     /// The keys that drive.
@@ -84,18 +76,14 @@ pub enum Effect {
 impl Viewer {
     /// The start.
     pub fn new(mut options: Options) -> Self {
-        let world = &mut options.simulation.world;
+        let world = &mut options.session.simulation.world;
         world.insert_resource(Interpolation { enabled: true, fraction: 1.0 });
         if world.query::<&Sensor>().iter(world).next().is_some() {
             // Two renderers draw this world when sensors are looked at, and rays read its texels.
             world.resource_mut::<Library>().keep_texels(true);
         }
         Self {
-            simulation: options.simulation,
-            stepper: options.stepper,
-            title: options.title,
-            cameras: options.cameras,
-            viewpoint: options.viewpoint,
+            session: options.session,
             driven: None,
             wheel: Wheel::default(),
             controller: Controller::default(),
@@ -114,7 +102,7 @@ impl Viewer {
 
     /// The clock.
     pub fn clock(&mut self) -> Mut<'_, Clock> {
-        self.simulation.world.resource_mut::<Clock>()
+        self.session.simulation.world.resource_mut::<Clock>()
     }
 
     /// Does what a key asks for; returns what only the window can do.
@@ -129,10 +117,7 @@ impl Viewer {
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
-            Command::NextMeshVariant => {
-                self.simulation.world.resource_mut::<Inputs>().push(NextMeshVariant);
-                self.apply_inputs();
-            }
+            Command::NextMeshVariant => self.keep(|session| session.apply(NextMeshVariant)),
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
             Command::ToggleShadows => {
@@ -180,7 +165,7 @@ impl Viewer {
 
     fn toggle_light(&mut self) {
         let Some(entity) = self.selected else { return };
-        if let Some(light) = self.simulation.world.get::<Light>(entity) {
+        if let Some(light) = self.session.simulation.world.get::<Light>(entity) {
             let light = Light { enabled: !light.enabled, ..light.clone() };
             self.input(entity, |entity| EditLight { entity, light });
         }
@@ -188,27 +173,28 @@ impl Viewer {
 
     fn toggle_thumbnails(&mut self) {
         self.sensors.full = None;
-        if !self.sensors.toggle_all(&mut self.simulation.world) {
+        if !self.sensors.toggle_all(&mut self.session.simulation.world) {
             self.notice = "there are no sensors".into();
         }
     }
 
     fn next_camera(&mut self) {
         let viewpoints = self.viewpoints();
-        let now = viewpoints.iter().position(|(_, viewpoint)| *viewpoint == self.viewpoint);
+        let now = viewpoints.iter().position(|(_, viewpoint)| *viewpoint == self.session.viewpoint);
         let next = now.map_or(0, |now| (now + 1) % viewpoints.len());
         if let Some((_, viewpoint)) = viewpoints.get(next) {
-            self.viewpoint = *viewpoint;
+            self.session.viewpoint = *viewpoint;
         }
         self.controller.reset();
     }
 
     /// The scene's cameras; and where a vehicle is driven or selected, those that follow it.
     pub fn viewpoints(&self) -> Vec<(String, Viewpoint)> {
-        let cameras = self.cameras.iter().map(|(name, camera)| (name.clone(), Viewpoint::Camera(*camera)));
-        let vehicle = self.driven.or(self.viewpoint.vehicle()).or_else(|| self.selected_vehicle());
+        let cameras =
+            self.session.scene.cameras.iter().map(|(name, camera)| (name.clone(), Viewpoint::Camera(*camera)));
+        let vehicle = self.driven.or(self.session.viewpoint.vehicle()).or_else(|| self.selected_vehicle());
         let follows = vehicle.into_iter().flat_map(|vehicle| {
-            let name = name::of_entity(&self.simulation.world, vehicle);
+            let name = name::of_entity(&self.session.simulation.world, vehicle);
             [
                 (format!("chase {name}"), Viewpoint::Chase(vehicle)),
                 (format!("driver {name}"), Viewpoint::Driver(vehicle)),
@@ -219,7 +205,7 @@ impl Viewer {
 
     /// The vehicle that the selected entity is or belongs to.
     pub fn selected_vehicle(&self) -> Option<Entity> {
-        let world = &self.simulation.world;
+        let world = &self.session.simulation.world;
         let above = |entity: &Entity| world.get::<ChildOf>(*entity).map(ChildOf::parent);
         // As deep as trees of models go; a ring of parents ends, too.
         std::iter::successors(self.selected, above).take(64).find(|&entity| world.get::<Vehicle>(entity).is_some())
@@ -234,7 +220,7 @@ impl Viewer {
         }
         let eye = self.view((16, 9)).eye();
         let chosen = self.selected_vehicle().or_else(|| {
-            let world = &mut self.simulation.world;
+            let world = &mut self.session.simulation.world;
             let mut vehicles = world.query_filtered::<(Entity, &GlobalTransform), With<Vehicle>>();
             driving::nearest(vehicles.iter(world).map(|(entity, at)| (entity, at.translation())), eye)
         });
@@ -244,14 +230,14 @@ impl Viewer {
         };
         self.input(vehicle, |vehicle| SetManualControl { vehicle, manual: true });
         self.driven = Some(vehicle);
-        self.viewpoint = Viewpoint::Chase(vehicle);
+        self.session.viewpoint = Viewpoint::Chase(vehicle);
         self.controller.reset();
     }
 
     /// Changes the controls of the driven vehicle.
     fn edit_controls(&mut self, edit: impl FnOnce(&mut Controls)) {
         let Some(vehicle) = self.driven else { return };
-        let Some(&before) = self.simulation.world.get::<Controls>(vehicle) else { return };
+        let Some(&before) = self.session.simulation.world.get::<Controls>(vehicle) else { return };
         let mut controls = before;
         edit(&mut controls);
         if controls != before {
@@ -263,7 +249,7 @@ impl Viewer {
     fn hold_keys(&mut self) {
         let seconds = self.clock().step_seconds as f32;
         let Some(vehicle) = self.driven else { return };
-        let world = &mut self.simulation.world;
+        let world = &mut self.session.simulation.world;
         let state = world.query::<(&Controls, &Motion, &Vehicle)>().get(world, vehicle).ok();
         let Some((&controls, motion, kind)) = state else {
             self.driven = None;
@@ -276,22 +262,14 @@ impl Viewer {
 
     /// Changes the world from outside: now, between two steps.
     fn input<T: Input>(&mut self, entity: Entity, input: impl FnOnce(StateId) -> T) {
-        let world = &mut self.simulation.world;
-        if let Some(id) = world.resource::<EntityRegistry>().id(entity) {
-            world.resource_mut::<Inputs>().push(input(id));
-            self.apply_inputs();
-        }
-    }
-
-    fn apply_inputs(&mut self) {
-        let applied = self.stepper.apply_inputs(&mut self.simulation);
-        self.note(applied);
+        push_for(&mut self.session.simulation.world, entity, input);
+        self.keep(Session::apply_inputs);
     }
 
     /// Lets real time go by: applies the inputs, and takes the steps that are due, as far as there is time for
     /// them. Returns how many.
     pub fn advance(&mut self, seconds: f64) -> u64 {
-        self.apply_inputs();
+        self.keep(Session::apply_inputs);
         let (due, began) = (self.clock().advance(seconds), Instant::now());
         let mut taken = 0;
         while taken < due && !self.clock().paused && (taken == 0 || began.elapsed() < STEPPING) {
@@ -299,25 +277,24 @@ impl Viewer {
             taken += 1;
         }
         let fraction = self.clock().fraction();
-        self.simulation.world.resource_mut::<Interpolation>().fraction = fraction;
+        self.session.simulation.world.resource_mut::<Interpolation>().fraction = fraction;
         taken
     }
 
     /// Brings what is drawn up to date with the state itself, and not, as after [`Self::advance`], between two steps.
     pub fn frame_of_state(&mut self) {
-        self.simulation.world.resource_mut::<Interpolation>().fraction = 1.0;
-        self.simulation.frame();
+        self.session.simulation.world.resource_mut::<Interpolation>().fraction = 1.0;
+        self.session.simulation.frame();
     }
 
     /// Takes a step. A replay stops where its recording ends.
     fn step(&mut self) {
         self.hold_keys();
-        if !self.stepper.is_at_end(&self.simulation) {
-            let taken = self.stepper.step(&mut self.simulation);
-            self.note(taken);
-            self.sensors.update(&mut self.simulation);
+        if !self.session.is_at_end() {
+            self.keep(Session::step);
+            self.sensors.update(&mut self.session.simulation);
         }
-        if self.stepper.is_at_end(&self.simulation) && !self.clock().paused {
+        if self.session.is_at_end() && !self.clock().paused {
             self.clock().paused = true;
             self.notice = "the recording ends here".into();
         }
@@ -325,23 +302,22 @@ impl Viewer {
 
     /// Ends the run in order.
     pub fn finish(&mut self) {
-        let finished = self.stepper.finish(&mut self.simulation);
-        self.note(finished);
+        self.keep(Session::finish);
     }
 
-    /// Says what went wrong with a recording, and goes on without it.
-    fn note(&mut self, result: Result<(), RecordingError>) {
-        if let Err(error) = result {
+    /// Does what a recording may have to take note of; says what goes wrong with that, and goes on without it.
+    fn keep(&mut self, work: impl FnOnce(&mut Session) -> Result<(), RecordingError>) {
+        if let Err(error) = work(&mut self.session) {
             eprintln!("error: {error}");
             self.notice = error.to_string();
-            self.stepper.stop_writing();
+            self.session.stop_writing();
             self.clock().paused = true;
         }
     }
 
     /// View to draw.
     pub fn view(&self, size: (u32, u32)) -> View {
-        self.controller.view(&self.viewpoint.view(&self.simulation.world, size))
+        self.controller.view(&self.session.viewpoint.view(&self.session.simulation.world, size))
     }
 
     /// The object that is pointed out: under the pointer, else selected.
@@ -361,7 +337,7 @@ impl Viewer {
 
     /// The middle and the radius of everything drawn.
     pub fn scene_extent(&mut self) -> (Vec3, f32) {
-        let spheres = all_bounds(&mut self.simulation.world);
+        let spheres = all_bounds(&mut self.session.simulation.world);
         let boxes = spheres.iter().filter(|s| s.center.is_finite() && s.radius.is_finite()).map(|s| {
             let half = Vec3::splat(s.radius);
             Aabb { min: s.center - half, max: s.center + half }
@@ -380,8 +356,8 @@ impl Viewer {
     /// The entity of an index that was drawn, while it lives.
     pub fn entity(&self, index: u32) -> Option<Entity> {
         let index = bevy_ecs::entity::EntityIndex::from_raw_u32(index)?;
-        let entity = self.simulation.world.entities().resolve_from_index(index);
-        self.simulation.world.get_entity(entity).is_ok().then_some(entity)
+        let entity = self.session.simulation.world.entities().resolve_from_index(index);
+        self.session.simulation.world.get_entity(entity).is_ok().then_some(entity)
     }
 }
 
@@ -394,34 +370,27 @@ fn after<T: Copy + PartialEq>(table: &[(&str, T)], now: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::LoadOptions;
     use glam::Vec2;
-    use systems::assets::{Library, MeshId, MeshVariants, shapes};
-    use systems::draw::Camera;
-    use systems::space::Transform;
+    use systems::assets::MeshId;
+
+    const SCENE: &str = r#"(
+        meshes: { "small": cube(size: (1, 1, 1)), "large": cube(size: (2, 2, 2)) },
+        entities: [
+            (figure: ["small", "large"]),
+            (name: "near", camera: (), transform: (translation: (0, 0, 5))),
+            (name: "far", camera: (), transform: (translation: (0, 0, 9))),
+        ],
+    )"#;
 
     fn viewer() -> Viewer {
-        let mut simulation = Simulation::new();
-        let mut library = simulation.world.resource_mut::<Library>();
-        let meshes = vec![library.add_mesh(shapes::cube(Vec3::ONE)), library.add_mesh(shapes::cube(Vec3::splat(2.0)))];
-        simulation.world.spawn((meshes[0], MeshVariants { meshes, shown: 0 }));
-        let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
-        let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];
-        systems::run::registry::register_all(&mut simulation.world);
-        simulation.frame();
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("test.ron");
+        std::fs::write(&path, SCENE).expect("a scene");
+        let mut session = Session::load(&path, &LoadOptions { cache: false, ..LoadOptions::default() }).expect("sound");
+        session.simulation.frame();
         let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
-        Viewer::new(Options {
-            simulation,
-            scene: "test.ron".into(),
-            load: crate::frames::LoadOptions::default(),
-            stepper: Stepper::default(),
-            title: "test".into(),
-            viewpoint: cameras[0].1.into(),
-            cameras,
-            size: (64, 36),
-            settings,
-            paused: false,
-            panel: true,
-        })
+        Viewer::new(Options { session, size: (64, 36), settings, paused: false, panel: true })
     }
 
     #[test]
@@ -440,7 +409,7 @@ mod tests {
     fn figures_go_round_and_cameras_too() {
         let mut viewer = viewer();
         let shown = |viewer: &mut Viewer| {
-            let world = &mut viewer.simulation.world;
+            let world = &mut viewer.session.simulation.world;
             world.query::<&MeshId>().iter(world).copied().collect::<Vec<_>>()
         };
         let first = shown(&mut viewer);
@@ -462,12 +431,12 @@ mod tests {
     fn a_selected_light_goes_off_and_on() {
         let mut viewer = viewer();
         viewer.apply(Command::ToggleLight);
-        let lamp = viewer.simulation.world.spawn(Light::point(1.0, 5.0)).id();
-        systems::run::registry::register_all(&mut viewer.simulation.world);
+        let lamp = viewer.session.simulation.world.spawn(Light::point(1.0, 5.0)).id();
+        systems::run::registry::register_all(&mut viewer.session.simulation.world);
         viewer.selected = Some(lamp);
         let mut shines_after_o = || {
             viewer.apply(Command::ToggleLight);
-            viewer.simulation.world.get::<Light>(lamp).expect("a light").enabled
+            viewer.session.simulation.world.get::<Light>(lamp).expect("a light").enabled
         };
         assert_eq!([shines_after_o(), shines_after_o()], [false, true]);
     }
@@ -488,9 +457,9 @@ mod tests {
     #[test]
     fn an_index_that_is_gone_names_no_entity() {
         let mut viewer = viewer();
-        let entity = viewer.cameras[0].1;
+        let entity = viewer.session.scene.cameras[0].1;
         assert_eq!(viewer.entity(entity.index_u32()), Some(entity));
-        viewer.simulation.world.despawn(entity);
+        viewer.session.simulation.world.despawn(entity);
         assert_eq!(viewer.entity(entity.index_u32()), None);
         assert_eq!(viewer.entity(u32::MAX), None);
     }

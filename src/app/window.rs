@@ -10,7 +10,7 @@ use crate::app::shown::panel::{self, FrameInfo, SidePanel};
 use crate::app::shown::{details, object_lights, overlay, sensor_overlay, sensor_thumbnails};
 use crate::app::timing::Timing;
 use crate::app::viewer::{Effect, Viewer};
-use crate::frames::{self, LoadOptions};
+use crate::frames::FrameError;
 use crate::output;
 use crate::renderer::{RenderError, RenderStats, instance_flags};
 use glam::{Vec2, Vec3};
@@ -59,7 +59,9 @@ impl App {
     fn redraw(&mut self, event_loop: &ActiveEventLoop) {
         let Some(mut open) = self.open.take() else { return };
         let drawn = match open.redraw() {
-            Err(AppError::Render(error)) if error.is_of_device() && open.reopened < MOST_REOPENED => {
+            Err(AppError::Frame(FrameError::Render(error)))
+                if error.is_of_device() && open.reopened < MOST_REOPENED =>
+            {
                 open.reopen(&error).map(|open| (open, ControlFlow::Wait))
             }
             Ok(control_flow) => Ok((open, control_flow)),
@@ -121,8 +123,6 @@ impl ApplicationHandler for App {
 /// An open window. Fields are dropped in order: what draws before the window.
 struct Open {
     viewer: Viewer,
-    /// File of the scene, and the options that it was loaded with.
-    source: (PathBuf, LoadOptions),
     /// Failures of the device in a row before a frame was shown.
     reopened: u32,
     side_panel: SidePanel,
@@ -145,7 +145,7 @@ struct Open {
 impl Open {
     fn new(event_loop: &ActiveEventLoop, options: Options) -> Result<Self, AppError> {
         let attributes = Window::default_attributes()
-            .with_title(format!("Relief — {}", options.title))
+            .with_title(format!("Relief — {}", options.session.scene.name))
             .with_inner_size(PhysicalSize::new(options.size.0, options.size.1));
         let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let window = Arc::new(window);
@@ -154,11 +154,9 @@ impl Open {
             wgpu::Instance::new(instance_flags(wgpu::InstanceDescriptor::new_with_display_handle(display)).with_env());
         let graphics = Graphics::open(&window, instance)?;
         window.request_redraw();
-        let source = (options.scene.clone(), options.load.clone());
         let mut viewer = Viewer::new(options);
         viewer.sensors.use_device(Some(&graphics.gpu));
         Ok(Self {
-            source,
             reopened: 0,
             viewer,
             side_panel: SidePanel::default(),
@@ -181,8 +179,7 @@ impl Open {
         tracing::warn!("{error}; the window goes on with the device opened anew");
         self.viewer.sensors.use_device(None);
         let reopened = self.graphics.reopen(&self.window).map_err(AppError::from).and_then(|graphics| {
-            let (scene, load) = &self.source;
-            frames::restore_texels(scene, load, &mut self.viewer.simulation)?;
+            self.viewer.session.restore_texels()?;
             Ok(graphics)
         });
         match reopened {
@@ -322,7 +319,7 @@ impl Open {
         self.viewer.advance(seconds);
         self.capture_sensors()?;
         self.fly(seconds as f32);
-        self.viewer.simulation.frame();
+        self.viewer.session.simulation.frame();
 
         let view = self.viewer.view(size);
         let (still_for, command) = self.run_gui(&view);
@@ -330,7 +327,7 @@ impl Open {
             self.apply(command);
         }
         let settings = self.viewer.drawn_settings();
-        let simulation = &mut self.viewer.simulation;
+        let simulation = &mut self.viewer.session.simulation;
         // Where only the panel changes, the scene is not drawn again; the panel goes on telling what it took.
         if simulation.with_frame(|frame| self.graphics.renderer.prepare(frame, &view, &settings))? {
             self.graphics.renderer.draw(&frame.scene, self.graphics.screen.scene_format);
@@ -356,8 +353,8 @@ impl Open {
     /// Captures the sensors that are looked at from now on; those that were looked at before are captured as steps are
     /// taken.
     fn capture_sensors(&mut self) -> Result<(), RenderError> {
-        let Viewer { sensors, simulation, .. } = &mut self.viewer;
-        sensors.update(simulation);
+        let Viewer { sensors, session, .. } = &mut self.viewer;
+        sensors.update(&mut session.simulation);
         match sensors.take_failure() {
             Some(error) if error.is_of_device() => Err(error),
             Some(error) => {
@@ -386,22 +383,22 @@ impl Open {
             // Painted first, so that the panel is above the lines.
             if let Some(object) = viewer.pointed_out().filter(|_| viewer.light_lines)
                 && let Some(lights) =
-                    object_lights::object_lights(&mut viewer.simulation.world, object, viewer.pointed_at)
+                    object_lights::object_lights(&mut viewer.session.simulation.world, object, viewer.pointed_at)
             {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
                 overlay::paint(ui.painter(), view, &lights, room);
             }
             if viewer.sensors.beams {
-                sensor_overlay::paint(ui.painter(), view, &mut viewer.sensors, &mut viewer.simulation.world);
+                sensor_overlay::paint(ui.painter(), view, &mut viewer.sensors, &mut viewer.session.simulation.world);
             }
-            if let Some(motion) = viewer.driven.and_then(|vehicle| viewer.simulation.world.get(vehicle)) {
+            if let Some(motion) = viewer.driven.and_then(|vehicle| viewer.session.simulation.world.get(vehicle)) {
                 let above = if viewer.sensors.has_thumbnails() { sensor_thumbnails::ROOM } else { 0.0 };
                 overlay::speed(ui.painter(), &details::kilometres_per_hour(motion), above);
             }
             if viewer.panel {
                 command = side_panel.show(ui, viewer, &info).or(command);
             }
-            sensor_thumbnails::show(ui, &mut viewer.sensors, &mut viewer.simulation.world);
+            sensor_thumbnails::show(ui, &mut viewer.sensors, &mut viewer.session.simulation.world);
         });
         (still_for, command)
     }
@@ -422,7 +419,7 @@ impl Open {
 
     /// Asks for the next frame while something moves; else waits for an event, or as long as the widgets stay still.
     fn rest(&mut self, still_for: Duration) -> ControlFlow {
-        let waits = !self.viewer.simulation.world.resource::<Inputs>().is_empty();
+        let waits = !self.viewer.session.simulation.world.resource::<Inputs>().is_empty();
         let moving = !self.viewer.clock().paused || self.pointer.fly_direction() != Vec3::ZERO || waits;
         if moving || still_for.is_zero() {
             self.window.request_redraw();
@@ -438,12 +435,11 @@ impl Open {
         self.viewer.frame_of_state();
         let view = self.viewer.view(size);
         let settings = self.viewer.drawn_settings().for_files();
-        self.viewer.simulation.with_frame(|frame| self.graphics.renderer.prepare(frame, &view, &settings))?;
+        self.viewer.session.simulation.with_frame(|frame| self.graphics.renderer.prepare(frame, &view, &settings))?;
         self.view = Some(view);
         let picture = self.graphics.renderer.draw_picture();
         self.graphics.gpu.check()?;
-        let step = self.viewer.clock().step;
-        let path = free_name(&self.viewer.title, step, "png");
+        let path = free_name(&self.viewer.session.scene.name, self.viewer.session.step_number(), "png");
         let picture: image::RgbImage = picture.convert();
         self.tell_saved(&path, output::write_png(&path, &picture.into()));
         Ok(())
@@ -451,10 +447,8 @@ impl Open {
 
     /// Writes the state into the working directory.
     fn save_snapshot(&mut self) {
-        let step = self.viewer.clock().step;
-        let path = free_name(&self.viewer.title, step, "snapshot");
-        let viewer = &mut self.viewer;
-        let saved = viewer.stepper.save_snapshot(&path, &mut viewer.simulation);
+        let path = free_name(&self.viewer.session.scene.name, self.viewer.session.step_number(), "snapshot");
+        let saved = self.viewer.session.save_snapshot(&path);
         self.tell_saved(&path, saved);
     }
 

@@ -7,11 +7,11 @@ use crate::commands::common::view::{PictureArgs, ViewArgs, parse_frames};
 use crate::commands::rendering::render::render;
 use crate::commands::window::{WindowJob, show};
 use crate::data::Work;
-use crate::frames::{self, Frames, LoadOptions, RunJob};
+use crate::frames::{Frames, RunJob};
 use crate::recording::{self, Recording, RunFiles};
+use crate::session::{LoadOptions, Session};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use systems::ecs::clock::Clock;
 
 pub const HELP: &str = "\
 Examples:
@@ -58,12 +58,10 @@ pub struct ReplayArgs {
 }
 
 pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
-    let scene = match &args.scene {
-        Some(scene) => scene.clone(),
-        None => recording::scene_of(&args.recording)?,
-    };
+    let recorded = recording::identity_of(&args.recording)?;
+    let scene = args.scene.clone().unwrap_or_else(|| recorded.scene.into());
     // A run may have another than its scene.
-    let seed = Some(recording::seed_of(&args.recording)?);
+    let seed = Some(recorded.seed);
     let (hash, recording) = (args.hash.clone(), args.recording.clone());
     let files = RunFiles { hash, replay: Some(recording), ..RunFiles::default() };
     if let Some(folder) = &args.output {
@@ -84,21 +82,20 @@ pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
 /// Takes the steps of a recording, which compares them, and draws nothing.
 fn check_steps(scene: &Path, files: &RunFiles, seed: Option<u64>, args: &ReplayArgs) -> Result<(), Failure> {
     args.view.set_threads();
-    let mut stage = frames::load_stage(scene, None, &LoadOptions { seed, ..args.view.load() })?;
-    let mut stepper = frames::begin_run(&mut stage, scene, files, args.from)?;
-    if let Some((_, last)) = stepper.recording().map(Recording::steps).filter(|&(_, last)| args.from >= last) {
+    let mut session = Session::load(scene, &LoadOptions { seed, ..args.view.load() })?;
+    session.begin(files, args.from)?;
+    if let Some((_, last)) = session.recording().map(Recording::steps).filter(|&(_, last)| args.from >= last) {
         let from = args.from;
         let message = format!("--from {from}: there are no steps after it, the recording ends with step {last}");
         return Err(Failure::bad_input(message));
     }
-    let begun = stage.simulation.world.resource::<Clock>().step;
+    let begun = session.step_number();
     let bar = progress::bar("{bar:40} step {pos}/{len}  {per_sec}  {eta} left");
-    while !stepper.is_at_end(&stage.simulation) {
-        stepper.step(&mut stage.simulation)?;
+    while session.play()? {
         bar.inc(1);
     }
-    stepper.finish(&mut stage.simulation)?;
+    session.finish()?;
     bar.finish_and_clear();
-    let step = stage.simulation.world.resource::<Clock>().step;
+    let step = session.step_number();
     Ok(say(&format!("{}: steps {begun} to {step} come out as recorded", args.recording.display()))?)
 }

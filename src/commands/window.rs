@@ -7,9 +7,11 @@ use crate::commands::common::view::{PictureArgs, ViewArgs};
 use crate::commands::rendering::render::render;
 use crate::data::Work;
 #[cfg(feature = "window")]
-use crate::frames::{self, FrameError, LoadOptions};
+use crate::frames;
 use crate::frames::{Frames, RunJob};
 use crate::recording::RunFiles;
+#[cfg(feature = "window")]
+use crate::session::LoadOptions;
 use std::path::{Path, PathBuf};
 #[cfg(feature = "window")]
 use systems::ecs::clock::Clock;
@@ -44,37 +46,20 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
 pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
     view.set_threads();
     let load = LoadOptions { seed: job.seed, ..view.load() };
-    let mut stage = frames::load_stage(&job.scene, view.camera.as_deref(), &load)?;
-    let mut stepper = frames::begin_run(&mut stage, &job.scene, &job.files, job.from)?;
-    while stepper.is_replay() && stage.simulation.world.resource::<Clock>().step < job.from {
-        if stepper.is_at_end(&stage.simulation) {
-            break;
-        }
-        stepper.step(&mut stage.simulation)?;
-    }
-    stage.simulation.world.resource_mut::<LightPolicies>().forced = view.lights;
+    let mut session = frames::load_session(&job.scene, view.camera.as_deref(), &load)?;
+    session.begin(&job.files, job.from)?;
+    while session.is_replay() && session.step_number() < job.from && session.play()? {}
+    let world = &mut session.simulation.world;
+    world.resource_mut::<LightPolicies>().forced = view.lights;
     if let Some(speed) = job.speed {
-        stage.simulation.world.resource_mut::<Clock>().speed = speed;
+        world.resource_mut::<Clock>().speed = speed;
     }
-    let options = app::Options {
-        simulation: stage.simulation,
-        scene: job.scene.clone(),
-        load,
-        stepper,
-        title: stage.scene.name,
-        cameras: stage.scene.cameras,
-        viewpoint: stage.viewpoint,
-        size: view.size,
-        settings: view.settings(),
-        paused: job.paused,
-        panel: job.panel,
-    };
+    let options =
+        app::Options { session, size: view.size, settings: view.settings(), paused: job.paused, panel: job.panel };
     match app::run(options) {
         Ok(()) => Ok(()),
         Err(AppError::NoDisplay(reason)) => instead(&reason, job, view),
-        Err(AppError::Gpu(error)) => Err(error.into()),
-        Err(AppError::Render(error)) => Err(FrameError::from(error).into()),
-        Err(AppError::Texels(error)) => Err(error.into()),
+        Err(AppError::Frame(error)) => Err(error.into()),
     }
 }
 

@@ -7,7 +7,7 @@ use super::FrameError;
 use super::encoding::{OutputKind, is_written, names_of_ids, outputs_of, pictures};
 use super::run::{FrameRun, Frames};
 use super::run_job::RunJob;
-use super::stage::{check_outputs, load_stage};
+use super::scene::{check_outputs, load_session};
 use crate::animation::{self, Animation};
 use crate::frame_time::FrameTime;
 use crate::output;
@@ -102,35 +102,35 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     check_outputs(&begun_from, |path| job.writes(path))?;
     // The driver and its pipelines take their time; the scene loads meanwhile.
     let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SingleView::new(&gpu)));
-    let stage = load_stage(&job.run.scene, job.camera.as_deref(), &job.run.load);
+    let session = load_session(&job.run.scene, job.camera.as_deref(), &job.run.load);
     let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-    let stage = stage?;
+    let session = session?;
     let mut renderer = renderer?;
-    stage.check_outputs(|path| job.writes(path))?;
-    let mut run = FrameRun::begin(stage, (&job.run.scene, &job.run.files), &job.run.frames, job.run.realtime)?;
-    let (stage, frames) = (&mut run.stage, run.frames.clone());
+    check_outputs(&session.scene.files, |path| job.writes(path))?;
+    let mut run = FrameRun::begin(session, &job.run.files, &job.run.frames, job.run.realtime)?;
+    let (session, frames) = (&mut run.session, run.frames.clone());
     output::make_folder(&job.folder)?;
-    let frame_time = FrameTime::of(stage.simulation.world.resource::<Clock>().step_seconds);
+    let frame_time = FrameTime::of(session.simulation.world.resource::<Clock>().step_seconds);
     if let Some(film) = &job.video {
         video::warn_of_times(film, frames.clone(), frame_time);
     }
-    stage.simulation.world.resource_mut::<LightPolicies>().forced = job.run.lights;
+    session.simulation.world.resource_mut::<LightPolicies>().forced = job.run.lights;
     let settings = job.run.settings.for_files();
     let mut written = Vec::new();
     for frame in frames.clone() {
         while run.step() < frame {
             run.advance()?;
         }
-        let stage = &mut run.stage;
+        let session = &mut run.session;
         let is_missing = |kind: &OutputKind| !job.resume || !is_written(&job.picture(*kind, frame), job.size);
         let missing: Vec<_> = job.outputs.iter().copied().filter(is_missing).collect();
         if !missing.is_empty() {
-            stage.simulation.frame();
-            let view = stage.viewpoint.view(&stage.simulation.world, job.size);
+            session.simulation.frame();
+            let view = session.viewpoint.view(&session.simulation.world, job.size);
             // With one sample, others than those of a whole run would be drawn by other shaders.
             let drawn = if settings.samples == 1 { &job.outputs } else { &missing };
             let settings = Settings { outputs: outputs_of(drawn), ..settings };
-            stage.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings))?;
+            session.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings))?;
             let pictures = pictures(&mut renderer, &missing);
             renderer.gpu().check()?;
             for (kind, picture) in pictures {
@@ -143,7 +143,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     }
     written.extend(run.finish(&job.run.files)?);
     if let Some(names) = job.names_of_ids() {
-        output::write_whole(&names, names_of_ids(&mut run.stage.simulation.world).as_bytes())?;
+        output::write_whole(&names, names_of_ids(&mut run.session.simulation.world).as_bytes())?;
         written.push(names);
     }
     if let Some(film) = &job.video {

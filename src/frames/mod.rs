@@ -1,7 +1,7 @@
 //! Scenes to pictures.
 //!
 //! ```text
-//! stage     a scene as it is loaded, its camera, and the run that begins with it
+//! scene     a scene as it is loaded, seen from a camera; files that outputs must leave alone
 //! headless  pictures of a world in hand
 //! run       a run, taken from frame to frame
 //! run_job   a run that is to be rendered, as data
@@ -16,9 +16,9 @@ mod headless;
 mod job;
 mod run;
 mod run_job;
+mod scene;
 #[cfg(feature = "tools")]
 mod slot_ids;
-mod stage;
 
 pub use encoding::OutputKind;
 pub(crate) use encoding::is_written;
@@ -28,6 +28,6 @@ pub use job::{FrameJob, render_frames};
 pub(crate) use run::FrameRun;
 pub use run::Frames;
 pub use run_job::RunJob;
+pub use scene::{check_outputs, load_session};
 #[cfg(feature = "tools")]
 pub(crate) use slot_ids::with_slot_ids;
-pub use stage::{LoadOptions, Stage, begin_run, check_outputs, load_stage, restore_texels};

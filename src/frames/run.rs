@@ -1,13 +1,12 @@
 //! A run of a scene, taken from frame to frame: frame n is the world after n steps of its clock.
 
 use super::FrameError;
-use super::stage::{Stage, begin_run};
-use crate::recording::{RunFiles, Stepper};
+use crate::recording::{Recording, RunFiles};
+use crate::session::Session;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use systems::Simulation;
 use systems::ecs::clock::{Clock, SPEEDS};
 
 /// Frames of a run. Frame n shows the state after n steps.
@@ -69,9 +68,8 @@ impl Pace {
 
 /// A run under way, and which frames of it are wanted.
 pub(crate) struct FrameRun {
-    pub stage: Stage,
+    pub session: Session,
     pub frames: Range<u64>,
-    stepper: Stepper,
     pace: Option<Pace>,
 }
 
@@ -80,26 +78,20 @@ impl FrameRun {
     ///
     /// # Errors
     /// [`FrameError`]: frames that the run does not have; what it is kept in and begins from.
-    pub fn begin(
-        mut stage: Stage,
-        (scene, files): (&Path, &RunFiles),
-        frames: &Frames,
-        realtime: bool,
-    ) -> Result<Self, FrameError> {
-        let stepper = begin_run(&mut stage, scene, files, frames.start())?;
-        let now = step_of(&stage.simulation);
-        let (first, last) = stepper.recording().map_or((now, None), |recording| {
-            let (first, last) = recording.steps();
-            (first, Some(last))
-        });
+    pub fn begin(mut session: Session, files: &RunFiles, frames: &Frames, realtime: bool) -> Result<Self, FrameError> {
+        session.begin(files, frames.start())?;
+        let (first, last) = match session.recording().map(Recording::steps) {
+            Some((first, last)) => (first, Some(last)),
+            None => (session.step_number(), None),
+        };
         let frames = frames.numbers(first, last)?;
-        let pace = realtime.then(|| Pace::begin(stage.simulation.world.resource()));
-        Ok(Self { stage, frames, stepper, pace })
+        let pace = realtime.then(|| Pace::begin(session.simulation.world.resource()));
+        Ok(Self { session, frames, pace })
     }
 
     /// The clock's step.
     pub fn step(&self) -> u64 {
-        step_of(&self.stage.simulation)
+        self.session.step_number()
     }
 
     /// Takes one step.
@@ -107,16 +99,8 @@ impl FrameRun {
     /// # Errors
     /// A file of the run that cannot be written, or a state that differs from the replayed one.
     pub fn advance(&mut self) -> Result<(), FrameError> {
-        self.pace.iter().for_each(|pace| pace.wait(step_of(&self.stage.simulation) + 1));
-        Ok(self.stepper.step(&mut self.stage.simulation)?)
-    }
-
-    /// Writes a snapshot of the state as it is now.
-    ///
-    /// # Errors
-    /// [`FrameError::Recording`].
-    pub fn save_snapshot(&mut self, path: &Path) -> Result<(), FrameError> {
-        Ok(self.stepper.save_snapshot(path, &mut self.stage.simulation)?)
+        self.pace.iter().for_each(|pace| pace.wait(self.step() + 1));
+        Ok(self.session.step()?)
     }
 
     /// After the last frame: goes on to the last state that is expected, and writes what the run is kept in. Returns
@@ -125,17 +109,13 @@ impl FrameRun {
     /// # Errors
     /// [`FrameError`].
     pub fn finish(&mut self, files: &RunFiles) -> Result<Option<PathBuf>, FrameError> {
-        while self.stepper.last_state().is_some_and(|last| self.step() < last) {
+        while self.session.last_state().is_some_and(|last| self.step() < last) {
             self.advance()?;
         }
-        self.stepper.finish(&mut self.stage.simulation)?;
+        self.session.finish()?;
         if let Some(path) = &files.save_snapshot {
-            self.save_snapshot(path)?;
+            self.session.save_snapshot(path)?;
         }
         Ok(files.save_snapshot.clone())
     }
-}
-
-fn step_of(simulation: &Simulation) -> u64 {
-    simulation.world.resource::<Clock>().step
 }

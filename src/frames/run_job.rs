@@ -1,9 +1,9 @@
 //! Runs to be rendered, as data.
 
 use super::run::Frames;
-use super::stage::LoadOptions;
 use crate::recording::RunFiles;
 use crate::renderer::Settings;
+use crate::session::LoadOptions;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use systems::lights::LightPolicy;

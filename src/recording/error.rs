@@ -1,6 +1,7 @@
 //! Errors of recordings, replays and snapshots.
 
 use crate::output::OutputError;
+use crate::scene::SceneError;
 use std::path::{Path, PathBuf};
 
 /// Error of recording, replaying or continuing a run.
@@ -31,13 +32,19 @@ pub enum RecordingError {
         /// The step.
         step: u64,
     },
+    /// A call that the run as it is does not allow.
+    #[error("{0}")]
+    Misused(&'static str),
+    /// The scene cannot be read again.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A file that cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
 
 impl RecordingError {
-    pub(super) fn refused(path: &Path, message: impl std::fmt::Display) -> Self {
+    pub(crate) fn refused(path: &Path, message: impl std::fmt::Display) -> Self {
         Self::Refused { path: path.to_owned(), message: message.to_string() }
     }
 
@@ -46,7 +53,7 @@ impl RecordingError {
         Self::refused(path, "the run already reads or writes this file; expected another file")
     }
 
-    pub(super) fn unwritable(path: &Path, source: std::io::Error) -> Self {
+    pub(crate) fn unwritable(path: &Path, source: std::io::Error) -> Self {
         OutputError::io(path, source).into()
     }
 }

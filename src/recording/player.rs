@@ -4,7 +4,7 @@ use super::error::RecordingError;
 use super::identity::Identity;
 use super::recorder::{Header, Record};
 use super::records::{Blocks, Next, RECORDING};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use systems::Simulation;
 use systems::run::inputs::{InputError, Inputs, SavedInput};
 use systems::run::snapshot;
@@ -40,22 +40,12 @@ enum Kind {
     Hash(StateHash),
 }
 
-/// The path of the scene that was recorded, as it was given then.
+/// Identity of the run that was recorded: its scene's path as it was given then, its seed.
 ///
 /// # Errors
 /// [`RecordingError::Refused`]: not a recording, or one of another version.
-pub fn scene_of(path: &Path) -> Result<PathBuf, RecordingError> {
-    let mut blocks = Blocks::open(path, RECORDING)?;
-    Ok(PathBuf::from(read_header(path, &mut blocks)?.identity.scene))
-}
-
-/// The seed of the run that was recorded, which may be another than its scene's.
-///
-/// # Errors
-/// Those of [`scene_of`].
-pub fn seed_of(path: &Path) -> Result<u64, RecordingError> {
-    let mut blocks = Blocks::open(path, RECORDING)?;
-    Ok(read_header(path, &mut blocks)?.identity.seed)
+pub fn identity_of(path: &Path) -> Result<Identity, RecordingError> {
+    Ok(read_header(path, &mut Blocks::open(path, RECORDING)?)?.identity)
 }
 
 fn read_header(path: &Path, blocks: &mut Blocks) -> Result<Header, RecordingError> {

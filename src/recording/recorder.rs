@@ -65,27 +65,6 @@ impl Recorder {
     /// # Errors
     /// [`RecordingError::Output`].
     pub fn create(path: &Path, identity: Identity, simulation: &mut Simulation) -> Result<Self, RecordingError> {
-        Self::begin(path, identity, false, simulation)
-    }
-
-    /// Begins a recording of a run as it is: its state may be another than its scene's even before its first step.
-    ///
-    /// # Errors
-    /// [`RecordingError::Output`].
-    pub fn create_under_way(
-        path: &Path,
-        identity: Identity,
-        simulation: &mut Simulation,
-    ) -> Result<Self, RecordingError> {
-        Self::begin(path, identity, true, simulation)
-    }
-
-    fn begin(
-        path: &Path,
-        identity: Identity,
-        is_under_way: bool,
-        simulation: &mut Simulation,
-    ) -> Result<Self, RecordingError> {
         let file = output::create_anew(path).map_err(|error| RecordingError::unwritable(path, error))?;
         let steps_per_second = 1.0 / identity.step_seconds;
         let start = simulation.world.resource::<Clock>().step;
@@ -94,10 +73,9 @@ impl Recorder {
         recorder.put(&records::prelude(RECORDING))?;
         let kinds = simulation.world.resource::<StateList>().names().map(str::to_owned).collect();
         recorder.write(&Header { identity, start, kinds })?;
-        if start > 0 || is_under_way {
+        recorder.next_snapshot = recorder.after(start, SNAPSHOT_SECONDS);
+        if start > 0 {
             recorder.snapshot(start, simulation)?;
-        } else {
-            recorder.next_snapshot = recorder.after(0, SNAPSHOT_SECONDS);
         }
         Ok(recorder)
     }
@@ -140,7 +118,8 @@ impl Recorder {
         self.write(&Record::End(step, hash))
     }
 
-    fn snapshot(&mut self, step: u64, simulation: &mut Simulation) -> Result<(), RecordingError> {
+    /// Notes the state after a step, before any input.
+    pub(crate) fn snapshot(&mut self, step: u64, simulation: &mut Simulation) -> Result<(), RecordingError> {
         let state = snapshot::save(&mut simulation.world);
         let seconds = SNAPSHOT_SECONDS.max(state.len() as f64 / SNAPSHOT_BYTES_PER_SECOND);
         self.next_snapshot = self.after(step, seconds);

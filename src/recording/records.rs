@@ -163,17 +163,12 @@ impl<R: Read + Seek> Blocks<R> {
         Err(RecordingError::refused(&self.path, message))
     }
 
-    /// Goes back, or ahead, to a block that was read before.
-    pub fn go_to(&mut self, offset: u64) {
-        self.offset = offset;
-    }
-
     /// Reads a block that was read before.
     ///
     /// # Errors
     /// [`RecordingError::Refused`], also where the file changed meanwhile.
     pub fn read<T: DeserializeOwned>(&mut self, offset: u64) -> Result<T, RecordingError> {
-        self.go_to(offset);
+        self.offset = offset;
         match self.next()? {
             Next::Block(_, value) => Ok(value),
             Next::Cut | Next::End => Err(RecordingError::refused(&self.path, "the file changed while it was read")),

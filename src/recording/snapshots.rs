@@ -31,15 +31,32 @@ impl Snapshot {
         Some(bytes)
     }
 
-    /// Reads the bytes of a file; messages call it `path`.
+    /// Writes a file, whole or not at all.
+    ///
+    /// # Errors
+    /// [`RecordingError::Output`].
+    pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
+        let too_long = || RecordingError::unwritable(path, std::io::Error::other("the state exceeds 4 GB"));
+        Ok(output::write_whole(path, &self.to_bytes().ok_or_else(too_long)?)?)
+    }
+
+    /// Reads a file.
     ///
     /// # Errors
     /// [`RecordingError::Refused`]: no snapshot, or a damaged one.
-    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, RecordingError> {
-        Self::read(path, Blocks::of(path, Cursor::new(bytes), bytes.len() as u64, SNAPSHOT)?)
+    pub fn read(path: &Path) -> Result<Self, RecordingError> {
+        Self::of_blocks(path, Blocks::open(path, SNAPSHOT)?)
     }
 
-    fn read<R: Read + Seek>(path: &Path, mut blocks: Blocks<R>) -> Result<Self, RecordingError> {
+    /// Reads the bytes of a file; messages call it `path`.
+    ///
+    /// # Errors
+    /// The same as [`Self::read`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, RecordingError> {
+        Self::of_blocks(path, Blocks::of(path, Cursor::new(bytes), bytes.len() as u64, SNAPSHOT)?)
+    }
+
+    fn of_blocks<R: Read + Seek>(path: &Path, mut blocks: Blocks<R>) -> Result<Self, RecordingError> {
         let snapshot = Self { identity: whole(path, blocks.next()?)?, state: whole(path, blocks.next()?)? };
         blocks.finish().map(|()| snapshot)
     }
@@ -53,24 +70,6 @@ impl Snapshot {
         self.identity.check(path, now)?;
         snapshot::restore(&mut simulation.world, &self.state).map_err(|error| RecordingError::refused(path, error))
     }
-}
-
-/// Writes the state as it is now, whole or not at all.
-///
-/// # Errors
-/// [`RecordingError::Output`].
-pub fn save_snapshot(path: &Path, identity: &Identity, simulation: &mut Simulation) -> Result<(), RecordingError> {
-    let bytes = Snapshot::of(identity.clone(), simulation).to_bytes();
-    let too_long = || RecordingError::unwritable(path, std::io::Error::other("the state exceeds 4 GB"));
-    Ok(output::write_whole(path, &bytes.ok_or_else(too_long)?)?)
-}
-
-/// Gives a world that has just loaded the scene the state of a snapshot.
-///
-/// # Errors
-/// [`RecordingError::Refused`]: no snapshot, or one of another version or scene. The world is of no use then.
-pub fn load_snapshot(path: &Path, now: &Identity, simulation: &mut Simulation) -> Result<(), RecordingError> {
-    Snapshot::read(path, Blocks::open(path, SNAPSHOT)?)?.restore(path, now, simulation)
 }
 
 fn whole<T>(path: &Path, next: Next<T>) -> Result<T, RecordingError> {

@@ -19,6 +19,7 @@ use systems::ecs::parallel::in_parallel;
 /// A scene in memory.
 pub struct Template {
     path: PathBuf,
+    overrides: Overrides,
     prepared: Prepared,
     /// With tangents and levels of all meshes, lest each world makes them.
     library: Library,
@@ -44,7 +45,7 @@ impl Template {
             finish_meshes(&mut library, &cache);
             cache.trim();
         }
-        let template = Self { path: path.to_owned(), prepared, library };
+        let template = Self { path: path.to_owned(), overrides: overrides.clone(), prepared, library };
         // Spawning cuts large meshes into pieces, which later worlds find in their library.
         let (mut first, _) = template.instantiate(None);
         let mut library = first.world.remove_resource::<Library>().unwrap_or_default();
@@ -65,6 +66,11 @@ impl Template {
     /// The file that it was read from.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Fields in the place of the scene's own.
+    pub fn overrides(&self) -> &Overrides {
+        &self.overrides
     }
 
     /// The scene's own seed.

@@ -22,7 +22,7 @@
 //! ```no_run
 //! use relief::prelude::*;
 //! use relief::sense::SensorSuite;
-//! let mut stage = relief::frames::load_stage("assets/scenes/street.ron".as_ref(), None, &Default::default())?;
+//! let mut stage = relief::frames::load_session("assets/scenes/street.ron".as_ref(), None, &Default::default())?;
 //! let mut sensors = SensorSuite::new(&relief::renderer::Gpu::headless()?);
 //! stage.simulation.step();
 //! let capture = sensors.capture(&mut stage.simulation)?;

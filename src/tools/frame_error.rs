@@ -1,8 +1,9 @@
 //! Common parts of a frame's error figures: the choice of the frame, its pictures, and where they go.
 
-use crate::frames::{self, FrameError, LoadOptions, Stage};
+use crate::frames::{self, FrameError};
 use crate::output;
 use crate::renderer::{Gpu, Settings, SingleView};
+use crate::session::{LoadOptions, Session};
 use crate::tools::compare::{self, CompareError, PictureError};
 use crate::tools::error::ToolError;
 use image::{RgbImage, RgbaImage};
@@ -34,17 +35,19 @@ pub struct FrameErrorJob {
 impl FrameErrorJob {
     /// Loads the scene and takes the steps. Before, makes sure that no picture overwrites an input: the reference, nor
     /// one of the others, each of which has a map of its error beside it.
-    pub(crate) fn begin(&self, reference: &str, others: &[&str]) -> Result<(Stage, SingleView), ToolError> {
+    pub(crate) fn begin(&self, reference: &str, others: &[&str]) -> Result<(Session, SingleView), ToolError> {
         compare::check_size(self.size)?;
-        let mut stage = frames::load_stage(&self.scene, self.camera.as_deref(), &self.load)?;
+        let mut session = frames::load_session(&self.scene, self.camera.as_deref(), &self.load)?;
         let pictures = others.iter().flat_map(|name| [self.picture(name), self.error_map(name)]);
         let pictures: Vec<PathBuf> = pictures.chain([self.picture(reference)]).collect();
-        stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
+        frames::check_outputs(&session.scene.files, |path| {
+            pictures.iter().any(|picture| output::is_same(path, picture))
+        })?;
         let renderer = SingleView::new(&Gpu::headless()?);
         for _ in 0..self.frame {
-            stage.simulation.step();
+            session.simulation.step();
         }
-        Ok((stage, renderer))
+        Ok((session, renderer))
     }
 
     fn picture(&self, name: &str) -> PathBuf {
@@ -100,19 +103,19 @@ impl Comparison<'_> {
 }
 
 /// Takes a frame with lights by a policy, or by those of the scene.
-pub(crate) fn select_lights(stage: &mut Stage, policy: Option<LightPolicy>) {
-    stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
-    stage.simulation.frame();
+pub(crate) fn select_lights(session: &mut Session, policy: Option<LightPolicy>) {
+    session.simulation.world.resource_mut::<LightPolicies>().forced = policy;
+    session.simulation.frame();
 }
 
 /// Draws the world's last frame with slots for ids. Returns the picture, and its luminances before the tone map.
 pub(crate) fn draw(
-    stage: &mut Stage,
+    session: &mut Session,
     renderer: &mut SingleView,
     view: &View,
     settings: &Settings,
 ) -> Result<(RgbaImage, Vec<f32>), FrameError> {
-    stage
+    session
         .simulation
         .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, view, settings)))?;
     let picture = renderer.draw_picture();

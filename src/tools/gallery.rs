@@ -1,8 +1,9 @@
 //! A scene once for each of its mesh variants, and all of these on one sheet: `relief gallery`.
 
-use crate::frames::{self, Headless, LoadOptions, Stage};
+use crate::frames::{self, Headless};
 use crate::output;
 use crate::renderer::Occlusion;
+use crate::session::{LoadOptions, Session};
 use crate::tools::error::ToolError;
 use image::RgbImage;
 use image::buffer::ConvertBuffer;
@@ -41,7 +42,7 @@ pub struct GalleryJob {
 /// # Errors
 /// [`ToolError`], [`ToolError::NoMeshVariants`] for a scene without mesh variants; pictures written before stay.
 pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, ToolError> {
-    let mut stage = frames::load_stage(&job.scene, None, &job.load)?;
+    let mut stage = frames::load_session(&job.scene, None, &job.load)?;
     let world = &mut stage.simulation.world;
     let mut figures = world.query::<&MeshVariants>();
     let longest = figures.iter(world).max_by_key(|figure| figure.meshes.len()).cloned();
@@ -53,8 +54,8 @@ pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Ve
     let names = file_names(names);
     let picture = |name: &str| job.folder.join(name).with_added_extension("png");
     let pictures: Vec<PathBuf> = names.iter().map(String::as_str).chain([SHEET]).map(picture).collect();
-    stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
-    let Stage { mut simulation, viewpoint, .. } = stage;
+    frames::check_outputs(&stage.scene.files, |path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
+    let Session { mut simulation, viewpoint, .. } = stage;
 
     let mut headless = Headless::new()?;
     output::make_folder(&job.folder)?;

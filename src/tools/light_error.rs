@@ -5,8 +5,9 @@
 //! compares the pictures as written, all of them. Seams are found where two pieces of one object meet: the renderer is
 //! handed records with slots for ids, which tell them apart.
 
-use crate::frames::{FrameError, Stage};
+use crate::frames::FrameError;
 use crate::renderer::{OutputSet, Settings, SingleView};
+use crate::session::Session;
 use crate::tools::compare::{self, PictureError, Shown};
 use crate::tools::error::ToolError;
 use crate::tools::frame_error::{self, Comparison, FrameErrorJob, Shot};
@@ -85,12 +86,12 @@ pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
     let policies = std::iter::once(("default", None)).chain(forced.map(|(name, policy)| (name, Some(policy))));
     let policies: Vec<(&str, Option<LightPolicy>)> = policies.collect();
     let names: Vec<&str> = policies.iter().map(|(name, _)| *name).collect();
-    let (mut stage, mut renderer) = job.begin("all", &names)?;
-    let all = draw(&mut stage, &mut renderer, job, Some(LightPolicy::All))?;
+    let (mut session, mut renderer) = job.begin("all", &names)?;
+    let all = draw(&mut session, &mut renderer, job, Some(LightPolicy::All))?;
     let outputs = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
     renderer.gpu().check()?;
     let slots = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
-    let (world, objects) = (&stage.simulation.world, &stage.simulation.draw_list().instances.objects);
+    let (world, objects) = (&session.simulation.world, &session.simulation.draw_list().instances.objects);
     let shown: Vec<Option<Shown>> = slots.into_iter().map(|slot| shown(world, objects, slot?)).collect();
     let shows_object: Vec<bool> = shown.iter().map(Option::is_some).collect();
     let borders = compare::piece_borders(&shown, width as usize);
@@ -100,14 +101,14 @@ pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
         frame: job.frame,
         width,
         height,
-        lights: frame_error::lights_on(&stage.simulation),
+        lights: frame_error::lights_on(&session.simulation),
         object_pixels: compared.counted.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&compared.reference.luminances, &compared.counted),
         seam_pairs: borders.len(),
         policies: Vec::new(),
     };
     for (name, policy) in policies {
-        let other = draw(&mut stage, &mut renderer, job, policy)?;
+        let other = draw(&mut session, &mut renderer, job, policy)?;
         let seams = compare::seams(&compared.reference.luminances, &other.luminances, &compared.counted, &borders);
         let PictureError { mean, p99, flip } = compared.add(name, other)?;
         report.policies.push((name, PolicyError { mean, p99, flip, seams }));
@@ -118,15 +119,15 @@ pub fn measure(job: &FrameErrorJob) -> Result<LightReport, ToolError> {
 
 /// Draws a frame by a policy, or as the scene has it.
 fn draw(
-    stage: &mut Stage,
+    session: &mut Session,
     renderer: &mut SingleView,
     job: &FrameErrorJob,
     policy: Option<LightPolicy>,
 ) -> Result<Shot, FrameError> {
-    frame_error::select_lights(stage, policy);
-    let view = stage.viewpoint.view(&stage.simulation.world, job.size);
+    frame_error::select_lights(session, policy);
+    let view = session.viewpoint.view(&session.simulation.world, job.size);
     let settings = Settings { technique: job.technique, shadow_maps: 0, ..Settings::default() }.for_files();
-    let (picture, luminances) = frame_error::draw(stage, renderer, &view, &settings)?;
+    let (picture, luminances) = frame_error::draw(session, renderer, &view, &settings)?;
     Ok(Shot { picture: picture.convert(), luminances })
 }
 

@@ -5,8 +5,9 @@
 //! without shadows, with shadow maps, and with the scene's own light policies, each light of an object shadowed as rays
 //! find it. Figures are those of `light_error`.
 
-use crate::frames::{FrameError, Stage};
+use crate::frames::FrameError;
 use crate::renderer::{OutputSet, Settings, SingleView, TracedShadows};
+use crate::session::Session;
 use crate::tools::compare::{self, PictureError, quarters};
 use crate::tools::error::ToolError;
 use crate::tools::frame_error::{self, Comparison, FrameErrorJob, Shot, select_lights};
@@ -106,33 +107,33 @@ enum Shadows<'a> {
 /// [`ToolError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError> {
     let (width, height) = job.size;
-    let (mut stage, mut renderer) = job.begin("truth", &["unshadowed", "maps", "perfect"])?;
-    select_lights(&mut stage, None);
-    let view = stage.viewpoint.view(&stage.simulation.world, (2 * width, 2 * height));
-    let mapped = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(maps))?;
+    let (mut session, mut renderer) = job.begin("truth", &["unshadowed", "maps", "perfect"])?;
+    select_lights(&mut session, None);
+    let view = session.viewpoint.view(&session.simulation.world, (2 * width, 2 * height));
+    let mapped = draw(&mut session, &mut renderer, &view, job, Shadows::Maps(maps))?;
     let lights_with_maps = renderer.stats().shadows.lights;
-    let unshadowed = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(0))?;
+    let unshadowed = draw(&mut session, &mut renderer, &view, job, Shadows::Maps(0))?;
     let ids = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
     renderer.gpu().check()?;
     let shown = ids.map(|ids| ids.entities()).unwrap_or_default();
     let rounding = renderer.gpu().vertex_rounding();
-    let traced = TracedScene::new(&stage.simulation, &view);
-    let Traced { shadows, unmet } = traced.shadows(&stage.simulation, &shown, rounding);
-    let perfect = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
-    let with_cells = (!stage.simulation.world.resource::<Cells>().is_empty()).then(|| {
-        select_lights(&mut stage, Some(LightPolicy::All));
-        let reached = ObjectLights::new(&stage.simulation);
-        stage.simulation.world.insert_resource(Cells::default());
+    let traced = TracedScene::new(&session.simulation, &view);
+    let Traced { shadows, unmet } = traced.shadows(&session.simulation, &shown, rounding);
+    let perfect = draw(&mut session, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
+    let with_cells = (!session.simulation.world.resource::<Cells>().is_empty()).then(|| {
+        select_lights(&mut session, Some(LightPolicy::All));
+        let reached = ObjectLights::new(&session.simulation);
+        session.simulation.world.insert_resource(Cells::default());
         reached
     });
     let mut without = None;
     if with_cells.is_some() {
-        select_lights(&mut stage, None);
-        without = Some(draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(0))?);
+        select_lights(&mut session, None);
+        without = Some(draw(&mut session, &mut renderer, &view, job, Shadows::Maps(0))?);
     }
-    select_lights(&mut stage, Some(LightPolicy::All));
-    let Traced { shadows, .. } = traced.shadows(&stage.simulation, &shown, rounding);
-    let truth = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
+    select_lights(&mut session, Some(LightPolicy::All));
+    let Traced { shadows, .. } = traced.shadows(&session.simulation, &shown, rounding);
+    let truth = draw(&mut session, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
 
     let shows_object: Vec<bool> = quarters(&shown, width).map(|samples| samples.iter().any(Option::is_some)).collect();
     let mut compared = Comparison { job, reference: truth, counted: shows_object, pictures: Vec::new() };
@@ -146,8 +147,8 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
             Some(CellsReport {
                 without: compared.error_of(without)?.0,
                 lights_per_object: mean(reached),
-                lights_per_object_without: mean(&ObjectLights::new(&stage.simulation)),
-                left_out: traced.left_out(&stage.simulation, &shown, reached),
+                lights_per_object_without: mean(&ObjectLights::new(&session.simulation)),
+                left_out: traced.left_out(&session.simulation, &shown, reached),
             })
         }
         _ => None,
@@ -157,7 +158,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
         frame: job.frame,
         width,
         height,
-        lights: frame_error::lights_on(&stage.simulation),
+        lights: frame_error::lights_on(&session.simulation),
         object_pixels: compared.counted.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&compared.reference.luminances, &compared.counted),
         unmet_samples: unmet,
@@ -173,7 +174,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, ToolError
 
 /// Draws the world's last frame, and makes pixels of its samples.
 fn draw(
-    stage: &mut Stage,
+    session: &mut Session,
     renderer: &mut SingleView,
     view: &View,
     job: &FrameErrorJob,
@@ -186,7 +187,7 @@ fn draw(
     };
     let settings = Settings { technique, levels, samples: 1, shadow_maps, ..Settings::default() }.for_files();
     renderer.set_traced_shadows(traced)?;
-    let (samples, luminances) = frame_error::draw(stage, renderer, view, &settings)?;
+    let (samples, luminances) = frame_error::draw(session, renderer, view, &settings)?;
     let (width, height) = job.size;
     // As the tone map does with the samples of a pixel: the mean of what each is shown as.
     let mean = |samples: [u8; 4]| {

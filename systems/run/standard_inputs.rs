@@ -47,6 +47,13 @@ impl Default for Inputs {
     }
 }
 
+/// Queues an input about an entity. Nothing is queued for one that was not registered.
+pub fn push_for<T: Input>(world: &mut World, entity: Entity, input: impl FnOnce(StateId) -> T) {
+    if let Some(id) = world.resource::<EntityRegistry>().id(entity) {
+        world.resource_mut::<Inputs>().push(input(id));
+    }
+}
+
 /// A light gets other settings.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct EditLight {
@@ -67,13 +74,6 @@ impl Input for EditLight {
 
     fn is_valid(&self) -> bool {
         self.light.is_valid()
-    }
-}
-
-/// Queues other settings for an entity's light. Nothing is queued for an entity that was not registered.
-pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
-    if let Some(entity) = world.resource::<EntityRegistry>().id(entity) {
-        world.resource_mut::<Inputs>().push(EditLight { entity, light });
     }
 }
 
@@ -100,13 +100,6 @@ impl Input for SetPortal {
 
     fn is_valid(&self) -> bool {
         check(&Portal { open: self.open }).is_ok()
-    }
-}
-
-/// Queues how far an entity's portal is open, 0 to 1. Nothing is queued for an entity that was not registered.
-pub fn set_portal(world: &mut World, entity: Entity, open: f32) {
-    if let Some(entity) = world.resource::<EntityRegistry>().id(entity) {
-        world.resource_mut::<Inputs>().push(SetPortal { entity, open });
     }
 }
 

@@ -2,8 +2,9 @@
 //! written stays, and a run goes on where it ended.
 
 use crate::common;
-use relief::frames::{self, FrameError, Headless, LoadOptions, Stage};
+use relief::frames::{FrameError, Headless};
 use relief::renderer::{Gpu, RenderError};
+use relief::session::{LoadOptions, Session};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -49,8 +50,8 @@ impl Place {
         LoadOptions { cache: false, ..LoadOptions::for_one_renderer() }
     }
 
-    fn stage(&self) -> Stage {
-        frames::load_stage(&self.path("scene.ron"), None, &self.load()).expect("a scene")
+    fn stage(&self) -> Session {
+        Session::load(&self.path("scene.ron"), &self.load()).expect("a scene")
     }
 
     fn relief(&self, args: &[&str], losing_after: Option<u32>) -> Output {
@@ -78,7 +79,7 @@ fn headless(gpu: &Gpu) -> Headless {
     Headless { renderer: relief::renderer::SingleView::new(gpu), settings: Default::default() }
 }
 
-fn draw(headless: &mut Headless, stage: &mut Stage) -> Result<image::RgbaImage, FrameError> {
+fn draw(headless: &mut Headless, stage: &mut Session) -> Result<image::RgbaImage, FrameError> {
     headless.draw(&mut stage.simulation, stage.viewpoint, SIZE)
 }
 
@@ -103,7 +104,7 @@ fn another_device_draws_the_same_after_texels_were_read_again() {
     let error = draw(&mut second, &mut stage).expect_err("the lost device had the texels");
     assert!(matches!(error, FrameError::Render(RenderError::NoTexels { .. })), "{error}");
     let mut second = headless(&other);
-    frames::restore_texels(&place.path("scene.ron"), &place.load(), &mut stage.simulation).expect("as they were");
+    stage.restore_texels().expect("as they were");
     assert!(draw(&mut second, &mut stage).expect("a picture") == seen, "the same picture");
     assert_eq!(state_hash::hash(&mut stage.simulation.world), state, "the simulation has noticed nothing");
     assert!(stage.simulation.library().lacks_texels(), "they are not held twice");
@@ -116,11 +117,10 @@ fn texels_of_files_that_have_changed_are_refused_by_name() {
     let mut stage = place.stage();
     draw(&mut headless(&gpu), &mut stage).expect("a picture");
     place.paint(3);
-    let scene = place.path("scene.ron");
-    let changed = frames::restore_texels(&scene, &place.load(), &mut stage.simulation);
+    let changed = stage.restore_texels();
     assert!(changed.expect_err("another size").to_string().contains("image \"paint\" has changed"));
     fs::remove_file(place.path("paint.png")).expect("it is there");
-    let missing = frames::restore_texels(&scene, &place.load(), &mut stage.simulation);
+    let missing = stage.restore_texels();
     assert!(missing.expect_err("no file").to_string().contains("paint.png"));
 }
 

@@ -4,21 +4,19 @@
 use crate::common::{self, text};
 use bevy_ecs::prelude::*;
 use proptest::prelude::*;
-use relief::frames::{self, LoadOptions, Stage};
-use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles, Stepper};
+use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles};
+use relief::session::{LoadOptions, Session};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 use systems::Simulation;
-use systems::ecs::clock::Clock;
 use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs, SavedInput};
 use systems::run::registry::{EntityRegistry, StateId};
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::{Despawn, SetTransform};
 use systems::run::state::StateList;
-use systems::run::state_hash::hash;
 use systems::space::{Spin, Transform};
 use tempfile::TempDir;
 
@@ -61,10 +59,9 @@ impl Place {
     /// By a program with more state or inputs.
     fn begin_in(&self, simulation: fn() -> Simulation, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
         let options = LoadOptions { simulation, cache: false, ..LoadOptions::default() };
-        let mut stage = frames::load_stage(&self.path("scene.ron"), None, &options).expect("a scene");
-        let scene = self.path("scene.ron");
-        let stepper = Stepper::begin(files, (&scene, &stage.scene.files), from, &mut stage.simulation)?;
-        Ok(Run { stage, stepper })
+        let mut session = Session::load(&self.path("scene.ron"), &options).expect("a scene");
+        session.begin(files, from)?;
+        Ok(Run { session })
     }
 
     /// A run of so many steps with inputs of several kinds; its hashes, and the file of its recording.
@@ -73,7 +70,7 @@ impl Place {
         let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
         let mut run = self.begin(&files, 0).expect("a recording");
         let hashes = (0..steps).map(|step| run.act_and_step(step)).collect();
-        run.stepper.finish(&mut run.stage.simulation).expect("an end");
+        run.session.finish().expect("an end");
         (hashes, path)
     }
 
@@ -103,22 +100,21 @@ impl Place {
 }
 
 struct Run {
-    stage: Stage,
-    stepper: Stepper,
+    session: Session,
 }
 
 impl Run {
     fn step(&mut self) -> u128 {
-        self.stepper.step(&mut self.stage.simulation).expect("a step");
-        hash(&mut self.stage.simulation.world).0
+        self.session.step().expect("a step");
+        self.session.hash().0
     }
 
     fn step_number(&self) -> u64 {
-        self.stage.simulation.world.resource::<Clock>().step
+        self.session.step_number()
     }
 
     fn act_and_step(&mut self, step: u64) -> u128 {
-        let mut inputs = self.stage.simulation.world.resource_mut::<Inputs>();
+        let mut inputs = self.session.simulation.world.resource_mut::<Inputs>();
         let at = |x: f32| Transform::from_xyz(x, 2.0, 0.0);
         if step % 20 == 3 {
             let (name, light) = (format!("lamp {step}"), Light::point(3.0, 6.0));
@@ -149,7 +145,7 @@ fn a_replay_is_the_run_and_a_seek_is_the_replay() {
             let step = again.step_number();
             assert_eq!(again.step(), hashes[step as usize], "step {step} from {from}");
         }
-        assert!(again.stepper.is_at_end(&again.stage.simulation));
+        assert!(again.session.is_at_end());
     }
 }
 
@@ -167,10 +163,10 @@ fn a_world_that_moves_otherwise_is_noticed() {
     let place = Place::new();
     let (_, path) = place.recorded(40);
     let mut again = place.begin(&replay(&path), 0).expect("a recording");
-    let world = &mut again.stage.simulation.world;
+    let world = &mut again.session.simulation.world;
     world.query::<&mut Light>().iter_mut(world).next().expect("a lamp").intensity = 5.0;
     let error = loop {
-        if let Err(error) = again.stepper.step(&mut again.stage.simulation) {
+        if let Err(error) = again.session.step() {
             break error;
         }
     };
@@ -196,7 +192,7 @@ fn a_recording_cut_anywhere_replays_up_to_the_cut() {
         before = last;
     }
     let mut again = place.begin(&replay(&cut), 0).expect("a recording");
-    while !again.stepper.is_at_end(&again.stage.simulation) {
+    while !again.session.is_at_end() {
         let step = again.step_number();
         assert_eq!(again.step(), hashes[step as usize]);
     }
@@ -270,16 +266,39 @@ fn a_run_goes_on_from_a_snapshot_and_can_be_recorded_on() {
     let mut until = place.begin(&replay(&path), 0).expect("a recording");
     (0..90).for_each(|_| _ = until.step());
     let file = place.path("at 90.snapshot");
-    until.stepper.save_snapshot(&file, &mut until.stage.simulation).expect("a snapshot");
+    until.session.save_snapshot(&file).expect("a snapshot");
     let record = place.path("rest.rec");
     let files = RunFiles { from_snapshot: Some(file.clone()), record: Some(record.clone()), ..RunFiles::default() };
     let mut rest = place.begin(&files, 0).expect("a snapshot");
     assert_eq!(rest.step_number(), 90);
     (90..600).for_each(|step| assert_eq!(rest.act_and_step(step), hashes[step as usize], "step {step}"));
-    rest.stepper.finish(&mut rest.stage.simulation).expect("an end");
+    rest.session.finish().expect("an end");
     let mut again = place.begin(&replay(&record), 0).expect("a recording that begins with a snapshot");
     assert_eq!(again.step_number(), 90);
     (90..600).for_each(|step| assert_eq!(again.step(), hashes[step as usize], "step {step}"));
+}
+
+#[test]
+fn sessions_fork_go_back_and_begin_anew() {
+    let place = Place::new();
+    let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
+    let steps = |run: &mut Run, steps: std::ops::Range<u64>| steps.map(|step| run.act_and_step(step)).collect();
+    let first: Vec<u128> = steps(&mut run, 0..40);
+    let snapshot = run.session.snapshot().expect("a snapshot");
+    let mut fork = Run { session: run.session.fork().expect("a scene that is still there") };
+    let then: Vec<u128> = steps(&mut run, 40..60);
+    assert_eq!(steps(&mut fork, 40..60), then, "a fork");
+    run.session.restore(&snapshot).expect("its own snapshot");
+    assert_eq!(steps(&mut run, 40..60), then, "the state of before");
+    run.session.reset(None).expect("nothing is recorded");
+    assert_eq!(steps(&mut run, 0..40), first, "the run from its beginning");
+    fork.session.reset(Some(8)).expect("nothing is recorded");
+    assert_ne!(steps(&mut fork, 0..40), first, "another seed");
+    fork.session.restore(&snapshot).expect("a snapshot of another seed");
+    assert_eq!(steps(&mut fork, 40..60), then, "a world of the snapshot's seed");
+    fork.session.record(&place.path("fork.rec")).expect("a recording");
+    let refused = [fork.session.reset(None), fork.session.restore(&snapshot)];
+    assert!(refused.iter().all(|refused| matches!(refused, Err(RecordingError::Misused(_)))), "{refused:?}");
 }
 
 /// Tries to go on from bytes that may be anything.
@@ -310,7 +329,7 @@ fn snapshots_that_are_damaged_or_cut_are_refused() {
     let place = Place::new();
     let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
     let file = place.path("a.snapshot");
-    run.stepper.save_snapshot(&file, &mut run.stage.simulation).expect("a snapshot");
+    run.session.save_snapshot(&file).expect("a snapshot");
     let whole = fs::read(&file).expect("a file");
     assert!(try_snapshot(&place, &whole));
     for more in [&b"\0"[..], b"rubbish", &whole] {
@@ -445,14 +464,14 @@ fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
     let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
     let mut run = place.begin(&files, 0).expect("a recording");
     (0..5).for_each(|step| _ = run.act_and_step(step));
-    run.stage.simulation.world.resource_mut::<Inputs>().push(Despawn(StateId(0)));
-    run.stepper.finish(&mut run.stage.simulation).expect("an end");
+    run.session.simulation.world.resource_mut::<Inputs>().push(Despawn(StateId(0)));
+    run.session.finish().expect("an end");
     let files = RunFiles { replay: Some(path), ..RunFiles::default() };
     let mut again = place.begin(&files, 0).expect("a replay");
-    (0..5).for_each(|_| again.stepper.step(&mut again.stage.simulation).expect("as recorded"));
-    let state = |run: &mut Run| hash(&mut run.stage.simulation.world);
+    (0..5).for_each(|_| again.session.step().expect("as recorded"));
+    let state = |run: &mut Run| run.session.hash();
     assert_ne!(state(&mut again), state(&mut run), "it came later");
-    again.stepper.finish(&mut again.stage.simulation).expect("as recorded");
+    again.session.finish().expect("as recorded");
     assert_eq!(state(&mut again), state(&mut run), "at the end of the run it is there");
 }
 
@@ -585,16 +604,16 @@ proptest! {
         let record = RunFiles { record: Some(place.path("run.rec")), ..RunFiles::default() };
         let mut run = place.begin_in(with_turns, &record, 0).expect("a recording");
         let act = |step: u64, run: &mut Run| {
-            let mut inputs = run.stage.simulation.world.resource_mut::<Inputs>();
+            let mut inputs = run.session.simulation.world.resource_mut::<Inputs>();
             turns.iter().filter(|(at, _)| *at == step).for_each(|(_, turn)| inputs.push(turn.clone()));
             run.act_and_step(step)
         };
         let hashes: Vec<u128> = (0..20).map(|step| act(step, &mut run)).collect();
-        run.stepper.finish(&mut run.stage.simulation).expect("an end");
+        run.session.finish().expect("an end");
         let mut again = place.begin_in(with_turns, &replay(&place.path("run.rec")), 0).expect("a recording");
         let replayed: Vec<u128> = (0..20).map(|_| again.step()).collect();
         prop_assert_eq!(replayed, hashes);
-        let applied = |run: &Run| run.stage.simulation.world.resource::<Turned>().0.clone();
+        let applied = |run: &Run| run.session.simulation.world.resource::<Turned>().0.clone();
         let sound = (0..20).flat_map(|step| turns.iter().filter(move |(at, turn)| *at == step && turn.is_valid()));
         let sound: Vec<Turn> = sound.map(|(_, turn)| turn.clone()).collect();
         prop_assert_eq!(&applied(&run), &sound);
@@ -605,11 +624,9 @@ proptest! {
 /// A recording whose only block of inputs holds this one.
 fn recording_of(place: &Place, input: SavedInput) -> PathBuf {
     let path = place.path("one.rec");
-    let Run { mut stage, .. } = place.begin_in(with_turns, &RunFiles::default(), 0).expect("a run");
-    let scene = PathBuf::from("scene.ron");
-    let identity = Identity::of(&place.path("scene.ron"), &stage.scene.files, &stage.simulation).expect("files");
-    let identity = Identity { scene: scene.to_string_lossy().into_owned(), ..identity };
-    let mut recorder = Recorder::create(&path, identity, &mut stage.simulation).expect("a recording");
+    let Run { mut session } = place.begin_in(with_turns, &RunFiles::default(), 0).expect("a run");
+    let identity = Identity { scene: "scene.ron".into(), ..session.identity().expect("files") };
+    let mut recorder = Recorder::create(&path, identity, &mut session.simulation).expect("a recording");
     recorder.inputs(0, vec![input]).expect("written");
     path
 }

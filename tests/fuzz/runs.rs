@@ -1,10 +1,10 @@
 //! Recordings and snapshots: as files whose checksums are right, and as what is behind them.
 
 use crate::{Place, repair};
-use relief::frames::{self, LoadOptions, Stage};
-use relief::recording::{Recording, RunFiles, Stepper};
+use relief::recording::{Recording, RunFiles};
+use relief::session::{LoadOptions, Session};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use systems::run::inputs::{Inputs, SavedInput};
 use systems::run::state_hash::StateHash;
 use systems::run::{snapshot, state_hash};
@@ -28,12 +28,11 @@ pub enum Record {
     End(u64, StateHash),
 }
 
-/// The scene, and where it lies.
-pub fn stage(place: &Place) -> (Stage, PathBuf) {
+/// The scene.
+pub fn session(place: &Place) -> Session {
     let path = place.write("scenes", ".run.ron", SCENE.as_bytes());
     let options = LoadOptions { cache: false, ..LoadOptions::default() };
-    let stage = frames::load_stage(&path, None, &options).expect("the scene of runs is sound");
-    (stage, path)
+    Session::load(&path, &options).expect("the scene of runs is sound")
 }
 
 /// A recording file.
@@ -43,11 +42,9 @@ pub fn recording(place: &Place, bytes: &[u8]) {
 
 /// Replays a recording from what follows its first block: records, one after another.
 pub fn replay(place: &Place, bytes: &[u8]) {
-    let (mut stage, scene) = stage(place);
     let path = place.write("", ".rec", b"");
     let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
-    let begun = Stepper::begin(&files, (&scene, &stage.scene.files), 0, &mut stage.simulation);
-    drop(begun.expect("a recording can be begun"));
+    session(place).begin(&files, 0).expect("a recording can be begun");
     let mut file = std::fs::read(&path).expect("it was just written");
     let mut rest = bytes;
     while let Ok((record, after)) = postcard::take_from_bytes::<Record>(rest) {
@@ -67,16 +64,17 @@ fn run(place: &Place, path: &Path) {
 
 /// Steps from what there is to begin from, while that works.
 fn begin(place: &Place, files: &RunFiles) {
-    let (mut stage, scene) = stage(place);
-    let begun = Stepper::begin(files, (&scene, &stage.scene.files), 0, &mut stage.simulation);
-    let Ok(mut stepper) = begun else { return };
+    let mut session = session(place);
+    if session.begin(files, 0).is_err() {
+        return;
+    }
     for _ in 0..STEPS {
-        if stepper.is_at_end(&stage.simulation) || stepper.step(&mut stage.simulation).is_err() {
+        if !session.play().is_ok_and(|taken| taken) {
             break;
         }
     }
-    stage.simulation.frame();
-    snapshot::save(&mut stage.simulation.world);
+    session.simulation.frame();
+    snapshot::save(&mut session.simulation.world);
 }
 
 /// A snapshot file.
@@ -87,13 +85,13 @@ pub fn snapshot(place: &Place, bytes: &[u8]) {
 
 /// The state within a snapshot.
 pub fn state(place: &Place, bytes: &[u8]) {
-    let (mut stage, _) = stage(place);
-    if snapshot::restore(&mut stage.simulation.world, bytes).is_err() {
+    let Session { mut simulation, .. } = session(place);
+    if snapshot::restore(&mut simulation.world, bytes).is_err() {
         return;
     }
     for _ in 0..3 {
-        stage.simulation.step();
+        simulation.step();
     }
-    stage.simulation.frame();
-    state_hash::hash(&mut stage.simulation.world);
+    simulation.frame();
+    state_hash::hash(&mut simulation.world);
 }

@@ -3,7 +3,7 @@
 use crate::runs::{self, Record};
 use crate::{Place, TARGETS};
 use image::{DynamicImage, ImageFormat};
-use relief::recording::{Identity, RunFiles, Stepper, save_snapshot};
+use relief::recording::RunFiles;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Cursor};
@@ -183,24 +183,23 @@ fn dds(flags: u32, code: [u8; 4], bits: u32, masks: [u32; 5]) -> Vec<u8> {
 
 /// A recorded run with every kind of input, its records, its last state.
 fn of_runs(place: &Place, seeds: &mut Seeds) -> io::Result<()> {
-    let (mut stage, scene) = runs::stage(place);
+    let mut session = runs::session(place);
     let path = place.write("", ".rec", b"");
     let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
-    let begun = Stepper::begin(&files, (&scene, &stage.scene.files), 0, &mut stage.simulation);
-    let mut stepper = begun.map_err(io::Error::other)?;
-    seeds.entry("state").or_default().push(snapshot::save(&mut stage.simulation.world));
+    session.begin(&files, 0).map_err(io::Error::other)?;
+    seeds.entry("state").or_default().push(snapshot::save(&mut session.simulation.world));
     let mut records = Vec::new();
     for step in 0..12 {
         let inputs = inputs(step);
         records.push(Record::Inputs(step, inputs.clone()));
-        let mut queue = stage.simulation.world.resource_mut::<Inputs>();
+        let mut queue = session.simulation.world.resource_mut::<Inputs>();
         inputs.into_iter().for_each(|input| queue.push_saved(input));
-        stepper.step(&mut stage.simulation).map_err(io::Error::other)?;
+        session.step().map_err(io::Error::other)?;
     }
-    stepper.finish(&mut stage.simulation).map_err(io::Error::other)?;
+    session.finish().map_err(io::Error::other)?;
     seeds.entry("recording").or_default().push(fs::read(path)?);
     let encoded = |record: &Record| postcard::to_stdvec(record).map_err(io::Error::other);
-    let state = snapshot::save(&mut stage.simulation.world);
+    let state = snapshot::save(&mut session.simulation.world);
     seeds.entry("replay").or_default().push(encoded(&Record::Snapshot(12, state.clone()))?);
     for record in &records {
         seeds.entry("replay").or_default().push(encoded(record)?);
@@ -208,9 +207,8 @@ fn of_runs(place: &Place, seeds: &mut Seeds) -> io::Result<()> {
     let together: io::Result<Vec<Vec<u8>>> = records.iter().map(encoded).collect();
     seeds.entry("replay").or_default().push(together?.concat());
     seeds.entry("state").or_default().push(state);
-    let identity = Identity::of(&scene, &stage.scene.files, &stage.simulation).map_err(io::Error::other)?;
     let path = place.write("", ".snapshot", b"");
-    save_snapshot(&path, &identity, &mut stage.simulation).map_err(io::Error::other)?;
+    session.save_snapshot(&path).map_err(io::Error::other)?;
     seeds.entry("snapshot").or_default().push(fs::read(path)?);
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! A frame shows the world as it is, whether or not there were frames before.
 
 use bevy_ecs::prelude::*;
-use relief::frames::{LoadOptions, Stage, load_stage};
+use relief::session::{LoadOptions, Session};
 use std::collections::BTreeMap;
 use std::path::Path;
 use systems::lights::{LightLists, SelectedLights, Selection};
@@ -12,7 +12,7 @@ use systems::space::GlobalTransform;
 type Seen = (GlobalTransform, Option<(Selection, Vec<(u32, f32)>)>);
 
 /// Places and lights of all entities.
-fn seen(stage: &mut Stage) -> BTreeMap<Entity, Seen> {
+fn seen(stage: &mut Session) -> BTreeMap<Entity, Seen> {
     let world = &mut stage.simulation.world;
     let mut all = world.query::<(Entity, &GlobalTransform, Option<&SelectedLights>)>();
     let lists = world.resource::<LightLists>();
@@ -25,7 +25,7 @@ fn scenes_are_seen_as_if_no_frame_had_been_before() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
     let mut moving = Vec::new();
     for entry in std::fs::read_dir(folder).expect("the shipped scenes").flatten() {
-        let load = || load_stage(&entry.path(), None, &LoadOptions::default());
+        let load = || Session::load(&entry.path(), &LoadOptions::default());
         // Files of vehicle types are no scenes.
         let Ok(mut watched) = load() else { continue };
         watched.simulation.frame();

@@ -3,7 +3,8 @@
 use crate::common;
 use crate::common::bumps::{Stage, hills};
 use glam::{Quat, Vec2, Vec3};
-use relief::frames::{self, Headless, LoadOptions};
+use relief::frames::Headless;
+use relief::session::{LoadOptions, Session};
 use systems::assets::{Material, Technique, shapes};
 use systems::draw::{Camera, Environment};
 use systems::space::Transform;
@@ -56,11 +57,10 @@ fn drawn(text: &str) -> Option<[image::RgbaImage; 2]> {
     let path = folder.path().join("scene.ron");
     std::fs::write(&path, text).expect("written");
     let options = LoadOptions { cache: false, ..LoadOptions::default() };
-    let mut stage = frames::load_stage(&path, None, &options).expect("a scene");
+    let mut stage = Session::load(&path, &options).expect("a scene");
     let mut headless = Headless::new().expect("an adapter");
-    let mut draw = |stage: &mut frames::Stage| {
-        headless.draw(&mut stage.simulation, stage.viewpoint, (160, 90)).expect("a picture")
-    };
+    let mut draw =
+        |stage: &mut Session| headless.draw(&mut stage.simulation, stage.viewpoint, (160, 90)).expect("a picture");
     let first = draw(&mut stage);
     (0..60).for_each(|_| stage.simulation.step());
     Some([first, draw(&mut stage)])

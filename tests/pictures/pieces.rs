@@ -8,6 +8,7 @@ use image::Rgba;
 use relief::frames::{self, Headless};
 use relief::renderer::{Settings, SingleView};
 use relief::scene;
+use relief::session::{LoadOptions, Session};
 use relief::viewpoint::Viewpoint;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
@@ -391,9 +392,8 @@ fn street(gpu: &relief::renderer::Gpu, in_pieces: bool) -> Stage {
     let is_whole = |text: String, length: &&str| text.replace(length, "piece_metres: 0");
     let text = if in_pieces { text } else { lengths.iter().fold(text, is_whole) };
     let folder = folder();
-    let stage =
-        frames::load_stage(&write(&folder, "street.ron", &text), Some("along"), &frames::LoadOptions::default());
-    let frames::Stage { simulation, viewpoint, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
+    let stage = frames::load_session(&write(&folder, "street.ron", &text), Some("along"), &LoadOptions::default());
+    let Session { simulation, viewpoint, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
     let Viewpoint::Camera(camera) = viewpoint else { panic!("a camera of the scene") };
     let headless = Headless { renderer: SingleView::new(gpu), settings: Settings::default() };
     Stage { simulation, headless, camera, object: camera }

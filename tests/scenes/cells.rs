@@ -4,7 +4,7 @@ use super::*;
 use systems::cells::{Cells, Door, OUTSIDE, Portal};
 use systems::run::inputs::Inputs;
 use systems::run::registry::EntityRegistry;
-use systems::run::standard_inputs::set_portal;
+use systems::run::standard_inputs::{SetPortal, push_for};
 
 /// Two rooms, a door that moves, and a window.
 const ROOMS: &str = r#"(
@@ -44,7 +44,7 @@ fn rooms_doors_and_windows() {
     assert!(open.rotation.angle_between(Quat::from_rotation_y((30f32 - 90.0).to_radians())) < 1e-3);
     // An input ends that, and the leaf follows.
     assert!(world.resource::<EntityRegistry>().id(door).is_some());
-    set_portal(world, door, 0.0);
+    push_for(world, door, |entity| SetPortal { entity, open: 0.0 });
     assert!(!world.resource::<Inputs>().is_empty());
     (0..3).for_each(|_| simulation.step());
     let world = &simulation.world;

@@ -17,7 +17,7 @@ mod models;
 mod shadow_truth;
 mod specular_aa;
 
-use relief::frames::LoadOptions;
+use relief::session::LoadOptions;
 use relief::tools::frame_error::FrameErrorJob;
 use std::path::Path;
 

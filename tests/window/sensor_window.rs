@@ -6,8 +6,8 @@ use crate::common::app::{AWAY, App, Place, SIZE, last_step};
 use crate::common::display::{Display, wait_for};
 use image::RgbImage;
 use image::imageops::crop_imm;
-use relief::frames::load_stage;
 use relief::sense::{Capture, SensorSuite};
+use relief::session::Session;
 use std::fs;
 use systems::run::state_hash;
 
@@ -146,7 +146,7 @@ fn sensors_are_looked_at_again_with_another_device() {
 fn looking_is_capturing_and_shows_what_is_not_due_too() {
     let Some(gpu) = common::gpu() else { return };
     let place = Place::of(SCENE);
-    let stage = load_stage(&place.path().join("test.ron"), None, &Default::default());
+    let stage = Session::load(&place.path().join("test.ron"), &Default::default());
     let mut simulation = stage.expect("it loads").simulation;
     let [mut capturing, mut looking] = [(); 2].map(|()| SensorSuite::new(&gpu));
     let beams = |capture: &Capture| capture["carousel/top"].lidar().expect("a lidar").scan.len();

@@ -142,9 +142,8 @@ impl State {
 impl Begun {
     fn new(options: DatasetOptions, shared: &Arc<Shared>, world: &mut World) -> Outcome<(Self, Vec<String>)> {
         let is_choice = options.sensors.is_some();
-        let scene = world.scene.clone();
-        let read = (scene.template.path(), scene.template.files());
-        let begun = DatasetWriter::begin(options, read, &mut world.simulation.world);
+        let (scene, files) = (world.path().to_owned(), world.scene.files.clone());
+        let begun = DatasetWriter::begin(options, (&scene, &files), &mut world.simulation.world);
         let (mut writer, warnings) = begun.map_err(refused)?;
         let step = world.step_number();
         writer.tick(world.simulation.world.resource::<Clock>(), step)?;

@@ -83,7 +83,7 @@ pub fn step(py: Python<'_>, sims: &Bound<'_, PyAny>, n: Given<'_, '_>) -> PyResu
         left.iter_mut().zip(&now).for_each(|(left, now)| *left -= now);
         let steps = with_all(py, &sims, |worlds| {
             let worlds: Vec<_> = worlds.into_iter().zip(now).collect();
-            let stepped = |(world, n): (&mut World, u64)| Ok((world.step(n)?, world.stepper.take_warnings()));
+            let stepped = |(world, n): (&mut World, u64)| Ok((world.step(n)?, world.take_warnings()));
             map_in_parallel(worlds.into_iter(), stepped).into_iter().collect::<Outcome<Vec<_>>>()
         })?;
         let (steps, warnings): (Vec<u64>, Vec<Vec<String>>) = steps.into_iter().unzip();

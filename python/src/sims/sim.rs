@@ -5,7 +5,7 @@ use crate::errors::{Failure, Outcome};
 use crate::getters::getters;
 use crate::given::arguments::{Bytes, Given, optional, required};
 use crate::given::described;
-use crate::worlds::world::{Scene, Shared, World};
+use crate::worlds::world::{Shared, World};
 use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
@@ -112,11 +112,11 @@ fn each_name(names: &Bound<'_, PyTuple>) -> PyResult<Vec<String>> {
 
 getters! { Sim::read, Sim:
     /// The scene's file name without its extension.
-    name: String = |world| world.loaded.name.clone();
+    name: String = |world| world.scene.name.clone();
     /// Warnings of the loaded scene.
-    warnings: Vec<String> = |world| world.loaded.warnings.clone();
+    warnings: Vec<String> = |world| world.scene.warnings.clone();
     /// The scene's file and those that it names.
-    files: Vec<PathBuf> = |world| world.loaded.files.clone();
+    files: Vec<PathBuf> = |world| world.scene.files.clone();
     /// Seed of the run's random numbers.
     seed: u64 = |world| world.simulation.world.resource::<Seed>().0;
     /// Steps done since the run began.
@@ -145,7 +145,7 @@ impl Sim {
         crate::worlds::device::check_process()?;
         let scene = scene.map_or_else(|| field(py), Ok)?;
         of_package(py, &scene)?;
-        let made = py.detach(|| Ok::<_, Failure>(World::new(Arc::new(Scene::load(&scene, overrides)?), seed)));
+        let made = py.detach(|| World::load(&scene, &overrides, seed));
         Ok(Self::of(made?))
     }
 
@@ -162,7 +162,7 @@ impl Sim {
         loop {
             // In between the keyboard may interrupt.
             let now = left.min(STEPS_AT_ONCE);
-            let (step, warnings) = self.with(py, move |world| Ok((world.step(now)?, world.stepper.take_warnings())))?;
+            let (step, warnings) = self.with(py, move |world| Ok((world.step(now)?, world.take_warnings())))?;
             warn(py, &warnings)?;
             left -= now;
             if left == 0 {
@@ -199,7 +199,7 @@ impl Sim {
 
     /// The whole state, as a file of `relief run --save-snapshot` holds it.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = self.with(py, World::snapshot)?;
+        let bytes = self.with(py, |world| Ok(world.snapshot()?))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -212,7 +212,7 @@ impl Sim {
 
     /// Another world of the scene in the same state, which shares its meshes and images.
     fn fork(&self, py: Python<'_>) -> PyResult<Self> {
-        self.with(py, World::fork).map(Self::of)
+        self.with(py, |world| Ok(Self::of(World::of(world.fork()?))))
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
@@ -234,7 +234,7 @@ impl Sim {
     #[pyo3(signature = (*, seed=None))]
     fn fresh(&self, py: Python<'_>, seed: Given<'_, '_>) -> PyResult<Self> {
         let seed = optional::<u64>("seed", seed)?;
-        let made = self.with(py, move |world| Ok(World::new(world.scene.clone(), seed.or(world.seed))));
+        let made = self.with(py, move |world| Ok(World::of(world.fresh(seed)?)));
         made.map(Self::of)
     }
 
@@ -248,9 +248,7 @@ impl Sim {
     /// Reads the scene's files anew, and begins the run anew. Raises SceneError; nothing changes then.
     fn reload(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| {
-            world.refuse_while_kept()?;
-            let scene = Scene::load(world.scene.template.path(), world.scene.overrides.clone())?;
-            *world = World::new(Arc::new(scene), world.seed);
+            *world = World::of(world.reloaded()?);
             Ok(())
         })
     }
@@ -271,7 +269,7 @@ impl Sim {
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| {
             world.rest();
-            world.finish()
+            Ok(world.finish()?)
         })
     }
 
@@ -285,7 +283,7 @@ impl Sim {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        self.with(py, |world| Ok(format!("<Sim of {:?}, step {}>", world.loaded.name, world.step_number())))
+        self.with(py, |world| Ok(format!("<Sim of {:?}, step {}>", world.scene.name, world.step_number())))
     }
 }
 

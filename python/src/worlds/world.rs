@@ -7,47 +7,24 @@ use pyo3::prelude::*;
 use relief::bevy_ecs::name::Name;
 use relief::bevy_ecs::prelude::{ChildOf, Entity};
 use relief::glam::{DAffine3, DVec3};
-use relief::recording::{self, Identity, RunFiles, Snapshot, Stepper};
+use relief::recording::{self, Recording, RunFiles};
 use relief::renderer::Settings;
-use relief::scene::{LoadedScene, Overrides, Template};
+use relief::scene::{Overrides, Template};
 use relief::sense::{Capture, Captured, Wanted, WorldSensors};
-use relief::systems::Simulation;
-use relief::systems::ecs::clock::{Clock, Seed};
-use relief::systems::run::inputs::{Input, Inputs};
+use relief::session::Session;
+use relief::systems::run::inputs::Input;
 use relief::systems::run::registry::{EntityRegistry, StateId};
-use relief::systems::run::snapshot;
 use relief::systems::run::spawn::Spawn;
 use relief::systems::space::Transform;
 use relief::systems::space::origin::Origin;
 use std::collections::HashMap;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Name of snapshots in memory, for messages.
-const SNAPSHOT: &str = "snapshot";
-
-/// A scene that was read, and what recordings and snapshots of it belong to.
-pub struct Scene {
-    pub template: Template,
-    /// In the place of its file's own fields.
-    pub overrides: Overrides,
-    identity: OnceLock<Identity>,
-}
-
-impl Scene {
-    pub fn load(path: &Path, overrides: Overrides) -> Outcome<Self> {
-        Ok(Self { template: Template::load_with(path, &overrides)?, overrides, identity: OnceLock::new() })
-    }
-}
-
-/// A world of a scene, and its run.
+/// A session, and what objects of Python need to know of it.
 pub struct World {
-    pub scene: Arc<Scene>,
-    /// Over the scene's own.
-    pub seed: Option<u64>,
-    pub simulation: Simulation,
-    pub loaded: LoadedScene,
-    pub stepper: Stepper,
+    session: Session,
     pub sensors: WorldSensors,
     pub watch: Watch,
     /// Spawn number of each spawned entity, counted from 1: ids are given again after a reset.
@@ -55,6 +32,21 @@ pub struct World {
     spawned: u64,
     /// Recordings that were begun.
     recordings: u64,
+}
+
+/// A world of Python is a session to those who step, look and change.
+impl Deref for World {
+    type Target = Session;
+
+    fn deref(&self) -> &Session {
+        &self.session
+    }
+}
+
+impl DerefMut for World {
+    fn deref_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
 }
 
 /// A world for several objects of Python, on any thread.
@@ -78,24 +70,20 @@ impl Shared {
 }
 
 impl World {
-    pub fn new(scene: Arc<Scene>, seed: Option<u64>) -> Self {
-        let (simulation, loaded) = scene.template.instantiate(seed);
+    /// At the beginning of a scene. `overrides`: in the place of its file's own fields.
+    pub fn load(path: &Path, overrides: &Overrides, seed: Option<u64>) -> Outcome<Self> {
+        Ok(Self::of(Session::of(Arc::new(Template::load_with(path, overrides)?), seed)))
+    }
+
+    pub fn of(session: Session) -> Self {
         Self {
-            scene,
-            seed,
-            simulation,
-            loaded,
-            stepper: Stepper::default(),
+            session,
             sensors: WorldSensors::default(),
             watch: Watch::default(),
             births: HashMap::new(),
             spawned: 0,
             recordings: 0,
         }
-    }
-
-    pub fn step_number(&self) -> u64 {
-        self.simulation.world.resource::<Clock>().step
     }
 
     /// Origin of the world's coordinates, in the scene's.
@@ -105,21 +93,17 @@ impl World {
 
     pub fn step(&mut self, steps: u64) -> Outcome<u64> {
         for _ in 0..steps {
-            self.stepper.step(&mut self.simulation)?;
+            self.session.step()?;
         }
         Ok(self.step_number())
     }
 
     /// Applies an input at once; a recording has it.
     pub fn apply<T: Input>(&mut self, input: T) -> Outcome<()> {
-        if self.stepper.is_replay() {
-            return Err(Failure::value("a replay takes no inputs of its own"));
-        }
         if !input.is_valid() {
             return Err(Failure::value(format!("{}: expected finite numbers within their ranges", T::NAME)));
         }
-        self.simulation.world.resource_mut::<Inputs>().push(input);
-        Ok(self.stepper.apply_inputs(&mut self.simulation)?)
+        Ok(self.session.apply(input)?)
     }
 
     /// Brings something into being at once.
@@ -136,12 +120,6 @@ impl World {
     /// Spawn number of an entity; 0: it was there when the run began, or came by a replay.
     pub fn birth(&self, id: StateId) -> u64 {
         self.births.get(&id).copied().unwrap_or_default()
-    }
-
-    /// Forgets spawned entities that are not in the state at hand.
-    fn forget_later(&mut self) {
-        let next = self.simulation.world.resource::<EntityRegistry>().next_id();
-        self.births.retain(|id, _| id.0 < next.0);
     }
 
     /// The entity of a number, which lives.
@@ -168,19 +146,13 @@ impl World {
 
     /// The first entity of a name; else the nearest name.
     pub fn find(&self, name: &str) -> Outcome<StateId> {
-        let is_named = |world: &relief::bevy_ecs::world::World, entity| {
-            world.get::<Name>(entity).is_some_and(|own| own.as_str() == name)
-        };
-        let found = self.ids_where(is_named).first().copied();
-        found.ok_or_else(|| {
-            let world = &self.simulation.world;
-            let names: Vec<&str> = self
-                .ids_where(|world, entity| world.get::<Name>(entity).is_some())
-                .into_iter()
-                .filter_map(|id| world.get::<Name>(self.living(id)?).map(Name::as_str))
-                .collect();
-            let hint = relief::name::hint(&names, name);
-            Failure::Name(format!("unknown entity {name:?}{hint}"))
+        let world = &self.simulation.world;
+        let all = world.resource::<EntityRegistry>().iter();
+        let named: Vec<(StateId, &str)> =
+            all.filter_map(|(id, entity)| Some((id, world.get::<Name>(entity)?.as_str()))).collect();
+        named.iter().find(|(_, own)| *own == name).map(|(id, _)| *id).ok_or_else(|| {
+            let names: Vec<&str> = named.iter().map(|(_, own)| *own).collect();
+            Failure::Name(format!("unknown entity {name:?}{}", relief::name::hint(&names, name)))
         })
     }
 
@@ -211,113 +183,42 @@ impl World {
         exact.unwrap_or(transform.translation.as_dvec3())
     }
 
-    /// Identity that recordings and snapshots of this run belong to.
-    fn identity(&self) -> Outcome<Identity> {
-        let template = &self.scene.template;
-        let identity = match self.scene.identity.get() {
-            Some(identity) => identity.clone(),
-            None => {
-                let read = Identity::of(template.path(), template.files(), &self.simulation)?;
-                self.scene.identity.get_or_init(|| read).clone()
-            }
-        };
-        Ok(Identity { seed: self.simulation.world.resource::<Seed>().0, ..identity })
-    }
-
-    pub fn snapshot(&mut self) -> Outcome<Vec<u8>> {
-        let bytes = Snapshot::of(self.identity()?, &mut self.simulation).to_bytes();
-        bytes.ok_or_else(|| Failure::Recording("the state exceeds 4 GB".into()))
-    }
-
-    /// Makes the state that of a snapshot. Where that fails the world is as it was.
+    /// Makes the state that of a snapshot. Where that fails it is as it was.
     pub fn restore(&mut self, bytes: &[u8]) -> Outcome<()> {
-        self.restore_state(bytes)?;
-        self.forget_later();
-        Ok(())
-    }
-
-    fn restore_state(&mut self, bytes: &[u8]) -> Outcome<()> {
-        let saved = Snapshot::from_bytes(Path::new(SNAPSHOT), bytes)?;
-        let now = Identity { seed: saved.identity.seed, ..self.identity()? };
-        saved.identity.check(Path::new(SNAPSHOT), &now)?;
-        self.refuse_while_kept()?;
-        if saved.identity.seed == self.simulation.world.resource::<Seed>().0 {
-            let before = snapshot::save(&mut self.simulation.world);
-            if saved.restore(Path::new(SNAPSHOT), &now, &mut self.simulation).is_ok() {
-                return Ok(());
-            }
-            // An entity of the scene is gone, or the snapshot fits no world: both are seen in a new one.
-            let result = self.begin_anew(Some(saved.identity.seed), |simulation| {
-                saved.restore(Path::new(SNAPSHOT), &now, simulation).map_err(Failure::from)
-            });
-            return match result {
-                Ok(()) => Ok(()),
-                Err(failure) => {
-                    let seed = self.seed;
-                    self.begin_anew(seed, |simulation| Ok(snapshot::restore(&mut simulation.world, &before)?))?;
-                    Err(failure)
-                }
-            };
-        }
-        self.begin_anew(Some(saved.identity.seed), |simulation| {
-            Ok(saved.restore(Path::new(SNAPSHOT), &now, simulation)?)
-        })
-    }
-
-    /// A recording tells of one run from beginning to end.
-    pub fn refuse_while_kept(&self) -> Outcome<()> {
-        if self.stepper.is_replay() || self.stepper.is_recording() {
-            return Err(Failure::value("not while the run is recorded or replayed"));
-        }
-        Ok(())
-    }
-
-    /// A new world of the scene in the place of this one, if it can be made what it is to be.
-    pub fn begin_anew(&mut self, seed: Option<u64>, make: impl FnOnce(&mut Simulation) -> Outcome<()>) -> Outcome<()> {
-        let (mut simulation, loaded) = self.scene.template.instantiate(seed);
-        make(&mut simulation)?;
-        self.rest();
-        (self.simulation, self.loaded, self.seed) = (simulation, loaded, seed);
+        self.change(|session| session.restore(bytes))?;
+        // Spawned entities that are not in the state at hand.
+        let next = self.simulation.world.resource::<EntityRegistry>().next_id();
+        self.births.retain(|id, _| id.0 < next.0);
         Ok(())
     }
 
     /// Begins the run anew: what was spawned is gone.
     pub fn reset(&mut self, seed: Option<u64>) -> Outcome<()> {
-        self.refuse_while_kept()?;
-        self.begin_anew(seed.or(self.seed), |_| Ok(()))?;
+        self.change(|session| session.reset(seed))?;
         self.births.clear();
         Ok(())
     }
 
-    /// Another world of the scene in the same state.
-    pub fn fork(&mut self) -> Outcome<Self> {
-        let state = snapshot::save(&mut self.simulation.world);
-        let mut other = Self::new(self.scene.clone(), self.seed);
-        snapshot::restore(&mut other.simulation.world, &state)?;
-        Ok(other)
+    /// Does what may put another world in the place of this one, of which nothing is kept then.
+    fn change<T, E: Into<Failure>>(&mut self, work: impl FnOnce(&mut Session) -> Result<T, E>) -> Outcome<T> {
+        let before = self.simulation.draw_list().world;
+        let done = work(&mut self.session);
+        if self.simulation.draw_list().world != before {
+            self.forget(before);
+        }
+        done.map_err(Into::into)
     }
 
     /// Begins to record; the recording's number.
     pub fn record(&mut self, path: &Path) -> Outcome<u64> {
-        if !self.scene.overrides.is_empty() {
-            let message = "expected a world whose clock, geo_origin and environment are those of the scene's file, by \
-                           which recordings are replayed";
-            return Err(Failure::value(message));
-        }
-        let template = &self.scene.template;
-        self.stepper.record(path, (template.path(), template.files()), &mut self.simulation)?;
+        self.session.record(path)?;
         self.recordings += 1;
         Ok(self.recordings)
     }
 
     /// Ends a recording, unless it has ended.
     pub fn finish_recording(&mut self, number: u64) -> Outcome<()> {
-        if number == self.recordings { self.finish() } else { Ok(()) }
-    }
-
-    /// Ends a recording, if there is one.
-    pub fn finish(&mut self) -> Outcome<()> {
-        Ok(self.stepper.finish(&mut self.simulation)?)
+        if number == self.recordings { Ok(self.finish()?) } else { Ok(()) }
     }
 
     /// Captures sensors, in one submission.
@@ -329,7 +230,7 @@ impl World {
     /// Captures sensors of several worlds, in one submission. Their watches note it.
     pub fn capture_all<'a>(worlds: Vec<(&'a mut Self, Wanted<'a>)>) -> Outcome<Vec<Capture>> {
         let split = |(world, wanted): (&'a mut Self, Wanted<'a>)| -> (Captured<'a>, &'a mut Watch) {
-            ((&mut world.simulation, &mut world.sensors, wanted), &mut world.watch)
+            ((&mut world.session.simulation, &mut world.sensors, wanted), &mut world.watch)
         };
         let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(split).unzip();
         let captures = device::with_drawing(|drawing| drawing.capture(&Settings::default(), &mut worlds))?;
@@ -341,7 +242,11 @@ impl World {
 
     /// Gives up what is uploaded of it, and what is kept of its sensors.
     pub fn rest(&mut self) {
-        device::forget(self.simulation.draw_list().world);
+        self.forget(self.simulation.draw_list().world);
+    }
+
+    fn forget(&mut self, world: u64) {
+        device::forget(world);
         self.sensors = WorldSensors::default();
         self.watch.forget();
     }
@@ -355,7 +260,6 @@ impl World {
 /// A world in which a recording is played.
 pub struct Replay {
     world: World,
-    stepper: Stepper,
     /// Warning of a recording that is not whole.
     pub warning: Option<String>,
 }
@@ -363,31 +267,29 @@ pub struct Replay {
 impl Replay {
     /// At its beginning. `scene`: in the place of that which was recorded.
     pub fn begin(recording: &Path, scene: Option<&Path>) -> Outcome<Self> {
-        let scene = scene.map_or_else(|| recording::scene_of(recording), |scene| Ok(scene.to_owned()))?;
-        let seed = recording::seed_of(recording)?;
-        let mut world = World::new(Arc::new(Scene::load(&scene, Overrides::default())?), Some(seed));
-        let files = RunFiles { replay: Some(recording.to_owned()), ..RunFiles::default() };
-        let template = &world.scene.template;
-        let stepper = Stepper::begin(&files, (&scene, template.files()), 0, &mut world.simulation)?;
-        let warning = stepper.recording().and_then(recording::Recording::warning);
-        world.loaded.warnings.extend(warning.clone());
-        Ok(Self { world, stepper, warning })
+        let recorded = recording::identity_of(recording)?;
+        let scene = scene.unwrap_or(Path::new(&recorded.scene));
+        let mut world = World::load(scene, &Overrides::default(), Some(recorded.seed))?;
+        world.begin(&RunFiles { replay: Some(recording.to_owned()), ..RunFiles::default() }, 0)?;
+        let warning = world.recording().and_then(Recording::warning);
+        Ok(Self { world, warning })
     }
 
     /// Takes so many steps, or fewer where the recording ends. Returns whether it has.
     pub fn step(&mut self, steps: u64) -> Outcome<bool> {
         for _ in 0..steps {
-            if self.stepper.is_at_end(&self.world.simulation) {
+            if !self.world.play()? {
                 return Ok(true);
             }
-            self.stepper.step(&mut self.world.simulation)?;
         }
         Ok(false)
     }
 
     /// The world at the end, every step of which came out as recorded.
     pub fn finish(mut self) -> Outcome<World> {
-        self.stepper.finish(&mut self.world.simulation)?;
+        self.world.finish()?;
+        // Told when it was recorded.
+        self.world.take_warnings();
         Ok(self.world)
     }
 }

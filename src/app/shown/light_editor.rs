@@ -6,7 +6,7 @@ use egui::{Grid, Slider, SliderClamping, Ui};
 use serde_json::{Map, Value};
 use systems::describe::{Field, faults, fields};
 use systems::lights::{Light, LightDescription, LightFields};
-use systems::run::standard_inputs::edit_light;
+use systems::run::standard_inputs::{EditLight, push_for};
 
 /// Kelvin: place of the temperature slider for a colour that no black body has.
 const DAYLIGHT: f64 = 6500.0;
@@ -39,7 +39,7 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
         && let Ok(edited) = before.edited(Value::Object(values))
         && faults(&edited).iter().all(|fault| faults(&before).contains(fault))
     {
-        edit_light(world, entity, (&edited).into());
+        push_for(world, entity, |entity| EditLight { entity, light: (&edited).into() });
     }
 }
 

@@ -47,7 +47,7 @@ impl SidePanel {
     pub fn show(&mut self, ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) -> Option<Command> {
         let mut command = None;
         in_panel(ui, |ui| {
-            ui.add(egui::Label::new(RichText::new(&viewer.title).heading().strong()).truncate());
+            ui.add(egui::Label::new(RichText::new(&viewer.session.scene.name).heading().strong()).truncate());
             headline(ui, viewer, info);
             if !viewer.notice.is_empty() {
                 ui.add(egui::Label::new(RichText::new(&viewer.notice).color(Color32::from_rgb(255, 205, 110))));
@@ -58,13 +58,13 @@ impl SidePanel {
             section(ui, "Clock", true, |ui| command = clock(ui, viewer));
             section(ui, "Picture", true, |ui| picture(ui, viewer));
             section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
-            let sensors = sensor_names(&mut viewer.simulation.world);
+            let sensors = sensor_names(&mut viewer.session.simulation.world);
             if !sensors.is_empty() {
                 section(ui, "Sensors", true, |ui| sensor_panel::show(ui, viewer, &sensors));
             }
             section(ui, "Statistics", true, |ui| statistics(ui, viewer, info));
             section(ui, "Entities", true, |ui| {
-                let clicked = self.entities.show(ui, &mut viewer.simulation.world, viewer.selected);
+                let clicked = self.entities.show(ui, &mut viewer.session.simulation.world, viewer.selected);
                 viewer.selected = clicked.or(viewer.selected);
             });
         });
@@ -130,7 +130,7 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
             ui.selectable_value(&mut settings.technique, Some(technique), words(name));
         }
     });
-    let world = &mut viewer.simulation.world;
+    let world = &mut viewer.session.simulation.world;
     let mut policies = world.resource_mut::<LightPolicies>();
     let mut wanted = *policies;
     choice(ui, "lights", |ui| {
@@ -189,7 +189,7 @@ fn words(name: &str) -> String {
 fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
     let viewpoints = viewer.viewpoints();
     let name_of = |viewpoint| viewpoints.iter().find(|(_, known)| *known == viewpoint).map(|(name, _)| name.as_str());
-    let (before, mut chosen) = (viewer.viewpoint, viewer.viewpoint);
+    let (before, mut chosen) = (viewer.session.viewpoint, viewer.session.viewpoint);
     let shown = name_of(before).unwrap_or("(no name)").to_owned();
     ui.horizontal(|ui| {
         ComboBox::from_id_salt("camera").selected_text(shown).width(150.0).truncate().show_ui(ui, |ui| {
@@ -202,14 +202,14 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
             viewer.controller.reset();
         }
     });
-    viewer.viewpoint = chosen;
-    ui.weak(format!("at {}", details::meters(&viewer.simulation.world, view.eye())));
+    viewer.session.viewpoint = chosen;
+    ui.weak(format!("at {}", details::meters(&viewer.session.simulation.world, view.eye())));
 }
 
 fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
-    let (stats, world) = (info.stats, &viewer.simulation.world);
+    let (stats, world) = (info.stats, &viewer.session.simulation.world);
     let frame = world.resource::<FrameStats>();
-    let lights = &viewer.simulation.draw_list().lights.records;
+    let lights = &viewer.session.simulation.draw_list().lights.records;
     let lights = lights.iter().filter(|light| light.kind() != LightRecord::OFF).count();
     Grid::new("statistics").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
         row(ui, "adapter", info.adapter);
@@ -220,7 +220,7 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "in view", &info.drawn.map_or_else(String::new, drawn));
         row(ui, "draws", &format!("{} in {} calls ({} blended)", stats.draws, stats.draw_calls, frame.transparent));
         row(ui, "lights", &count(lights as u64));
-        let textures = texture_memory::used(viewer.simulation.library());
+        let textures = texture_memory::used(viewer.session.simulation.library());
         let megabytes = textures.bytes.div_ceil(1 << 20);
         row(ui, "textures", &format!("{}, {megabytes} MB", count(textures.images as u64)));
         let shadows = stats.shadows;
@@ -261,7 +261,7 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
     area.show(ui.ctx(), |ui| {
         frame.show(ui, |ui| {
             ui.set_width(CARD_WIDTH);
-            let world = &mut viewer.simulation.world;
+            let world = &mut viewer.session.simulation.world;
             ui.label(RichText::new(name::of_entity(world, object)).strong());
             let lights = object_lights::object_lights(world, object, viewer.pointed_at);
             if let Some(lights) = &lights {

@@ -12,7 +12,7 @@ const HEIGHT: f32 = 260.0;
 
 /// Shows the switches of sensors, which have names.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer, sensors: &[(String, Entity)]) {
-    let Viewer { simulation, sensors: views, .. } = viewer;
+    let Viewer { session, sensors: views, .. } = viewer;
     let mut changed = ui.checkbox(&mut views.beams, "frusta and beams").changed();
     if let Some(every) = views.captures.thinned().filter(|_| views.beams) {
         ui.weak(format!("of the beams one in {every} is drawn"));
@@ -20,7 +20,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, sensors: &[(String, Entity)]) {
     let list = ScrollArea::vertical().id_salt("sensors").max_height(HEIGHT).min_scrolled_height(HEIGHT);
     list.auto_shrink([false, true]).show(ui, |ui| {
         for (name, entity) in sensors {
-            let Some(sensor) = simulation.world.get::<Sensor>(*entity) else { continue };
+            let Some(sensor) = session.simulation.world.get::<Sensor>(*entity) else { continue };
             ui.horizontal(|ui| {
                 let mut open = views.is_open(*entity);
                 let mut clicked = ui.checkbox(&mut open, "").changed();

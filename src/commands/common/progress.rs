@@ -26,7 +26,7 @@ pub fn show(bar: &ProgressBar, done: u64, of: u64) {
     bar.set_position(done);
 }
 
-/// A bar of the images decoded, for [`crate::frames::LoadOptions::watch`].
+/// A bar of the images decoded, for [`crate::session::LoadOptions::watch`].
 pub fn of_loading() -> Box<dyn Any> {
     Box::new(LoadingBar::on_terminal())
 }

@@ -2,9 +2,10 @@
 
 use crate::commands::common::arguments::{self, MOST_FRAMES, ON_OFF, ThreadsArgs};
 use crate::commands::common::progress;
-use crate::frames::{FrameJob, Frames, LoadOptions, OutputKind, RunJob};
+use crate::frames::{FrameJob, Frames, OutputKind, RunJob};
 use crate::recording::RunFiles;
 use crate::renderer::{DebugView, Occlusion, Settings};
+use crate::session::LoadOptions;
 use clap::builder::TypedValueParser;
 use clap::{ArgAction, Args};
 use std::path::{Path, PathBuf};

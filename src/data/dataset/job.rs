@@ -13,12 +13,13 @@
 use super::numbers;
 use super::writer::{DatasetOptions, DatasetWriter, next_of_pair};
 use crate::data::formats::writers;
-use crate::frames::{FrameError, FrameRun, LoadOptions, RunJob, check_outputs, load_stage};
+use crate::frames::{FrameError, FrameRun, RunJob, check_outputs, load_session};
 use crate::recording::RecordingError;
 use crate::renderer::Gpu;
 use crate::sense::motion::kind::poses_before;
 use crate::sense::rays::scene::RayWarnings;
 use crate::sense::world::suite::SensorSuite;
+use crate::session::LoadOptions;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -51,28 +52,28 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     // The driver and its pipelines take their time; the scene loads meanwhile.
     let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SensorSuite::new(&gpu)));
     let load = LoadOptions { keep_texels: true, ..job.run.load.clone() };
-    let stage = load_stage(&job.run.scene, None, &load);
+    let session = load_session(&job.run.scene, None, &load);
     let suite = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-    let mut stage = stage?;
-    stage.check_outputs(|path| dataset.writes(path))?;
-    let chosen = dataset.choose(&job.run.scene, &mut stage.simulation.world)?;
-    for warning in numbers::warnings(&mut stage.simulation.world, &chosen, &dataset.formats) {
+    let mut session = session?;
+    check_outputs(&session.scene.files, |path| dataset.writes(path))?;
+    let chosen = dataset.choose(&job.run.scene, &mut session.simulation.world)?;
+    for warning in numbers::warnings(&mut session.simulation.world, &chosen, &dataset.formats) {
         tracing::warn!("{warning}");
     }
     let draws = chosen.values().any(|sensor| matches!(sensor.kind, SensorKind::Camera(_)));
     // What needs no picture needs no adapter.
     let mut suite = if draws { suite? } else { SensorSuite::default() };
-    let mut run = FrameRun::begin(stage, (&job.run.scene, &job.run.files), &job.run.frames, job.run.realtime)?;
+    let mut run = FrameRun::begin(session, &job.run.files, &job.run.frames, job.run.realtime)?;
     let frames = run.frames.clone();
-    let mut dataset = DatasetWriter::begin_with(dataset, chosen, frames.start, &run.stage.simulation.world)?;
-    run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.run.lights;
+    let mut dataset = DatasetWriter::begin_with(dataset, chosen, frames.start, &run.session.simulation.world)?;
+    run.session.simulation.world.resource_mut::<LightPolicies>().forced = job.run.lights;
     suite.settings = job.run.settings;
     let mut has_warned = false;
     loop {
         let step = run.step();
         // Before the first frame, too: lidars that sweep begin where they were when they were due last.
-        let mut due = suite.due(&mut run.stage.simulation, |name| dataset.sensors().contains_key(name));
-        let simulation = &mut run.stage.simulation;
+        let mut due = suite.due(&mut run.session.simulation, |name| dataset.sensors().contains_key(name));
+        let simulation = &mut run.session.simulation;
         if step >= frames.start {
             dataset.tick(simulation.world.resource::<Clock>(), step)?;
             dataset.leave_missing(&mut due, frames.end, &simulation.world);
@@ -96,7 +97,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     }
     dataset.finish_writers()?;
     let snapshot = run.finish(&job.run.files)?;
-    let state = dataset.state(&mut run.stage.simulation.world, suite.gpu());
+    let state = dataset.state(&mut run.session.simulation.world, suite.gpu());
     dataset.finish(state, snapshot)
 }
 

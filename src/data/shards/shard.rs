@@ -5,10 +5,11 @@ use super::job::Job;
 use super::manifest::{Machine, Manifest, NAME};
 use crate::data::dataset::writer::PartOfRun;
 use crate::data::work::Work;
-use crate::frames::{Frames, LoadOptions};
+use crate::frames::Frames;
 use crate::output::{self, WholeFolder};
 use crate::recording::RunFiles;
 use crate::renderer::Gpu;
+use crate::session::LoadOptions;
 use std::path::{Path, PathBuf};
 
 /// A shard to be rendered.

@@ -4,12 +4,11 @@ use super::error::ShardError;
 use super::job::{Job, Shard};
 use crate::data::dataset::job::steps_before;
 use crate::data::work::Work;
-use crate::frames::{FrameRun, Frames, RunJob, load_stage};
+use crate::frames::{FrameRun, Frames, RunJob, check_outputs, load_session};
 use crate::output;
 use crate::recording::{PROGRAM, RunFiles};
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
-use systems::run::state_hash;
 
 /// A run to be split.
 #[derive(Clone, Debug)]
@@ -33,14 +32,14 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
         Work::Frames(job) => job.camera.as_deref(),
         Work::Sensors(_) => None,
     };
-    let mut stage = load_stage(scene, camera, load)?;
+    let mut session = load_session(scene, camera, load)?;
     let before = match work {
         Work::Frames(_) => 0,
-        Work::Sensors(job) => steps_before(job, &mut stage.simulation.world)?,
+        Work::Sensors(job) => steps_before(job, &mut session.simulation.world)?,
     };
     let path = folder.join("shards.json");
     let snapshots = folder.join("snapshots");
-    stage.check_outputs(|read| {
+    check_outputs(&session.scene.files, |read| {
         output::is_same(read, &path) || output::real(read).starts_with(output::real(&snapshots))
     })?;
     let is_written =
@@ -49,7 +48,7 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
         return Err(ShardError::refused(from, "the run begins with it, and the job would write over it"));
     }
     let files = RunFiles { from_snapshot: files.from_snapshot.clone(), ..RunFiles::default() };
-    let mut run = FrameRun::begin(stage, (scene, &files), frames, false)?;
+    let mut run = FrameRun::begin(session, &files, frames, false)?;
     let (begin, frames) = (run.step(), run.frames.clone());
     let count = frames.end - frames.start;
     if split.shards == 0 || split.shards as u64 > count {
@@ -66,14 +65,14 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
         snapshot: Path::new("snapshots").join(format!("{number:0digits$}.snapshot")),
     };
     let mut shards: Vec<Shard> = (0..split.shards).map(shard).collect();
-    let state = |run: &mut FrameRun| state_hash::hash(&mut run.stage.simulation.world).to_string();
+    let state = |run: &mut FrameRun| run.session.hash().to_string();
     // The next to be saved, and the next whose first state is to be known.
     let (mut saved, mut known) = (0, 0);
     loop {
         while let Some(shard) =
             shards.get(saved).filter(|shard| shard.first.saturating_sub(before).max(begin) <= run.step())
         {
-            run.save_snapshot(&folder.join(&shard.snapshot))?;
+            run.session.save_snapshot(&folder.join(&shard.snapshot))?;
             saved += 1;
         }
         if let Some(shard) = shards.get_mut(known).filter(|shard| shard.first == run.step()) {
@@ -88,7 +87,7 @@ pub fn split(split: &SplitJob, mut progress: impl FnMut(u64, u64)) -> Result<Pat
     }
     let last_state = state(&mut run);
     let scene = std::path::absolute(scene).map_err(|error| ShardError::refused(scene, error))?;
-    let step_seconds = run.stage.simulation.world.resource::<Clock>().step_seconds;
+    let step_seconds = run.session.simulation.world.resource::<Clock>().step_seconds;
     let mut work = work.clone().anew_in(PathBuf::new());
     *work.run_mut() = RunJob { scene, frames: Frames::Range(frames), files: RunFiles::default(), ..work.run().clone() };
     let job = Job { version: PROGRAM.to_owned(), work, step_seconds, shards, last_state };

@@ -1,8 +1,8 @@
 //! Settings of measurements.
 
 use super::grid::GridPlan;
-use crate::frames::LoadOptions;
 use crate::renderer::Occlusion;
+use crate::session::LoadOptions;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use systems::assets::Technique;

@@ -2,8 +2,9 @@
 
 use super::grid::Grid;
 use super::job::BenchJob;
-use crate::frames::{self, FrameError, LoadOptions};
+use crate::frames::{self, FrameError};
 use crate::output;
+use crate::session::{LoadOptions, Session};
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use systems::Simulation;
@@ -14,7 +15,7 @@ pub(super) enum Subject {
     /// A grid of objects, some of which are moved from outside.
     Grid(Box<Grid>),
     /// A scene, whose clock steps.
-    Scene(Box<frames::Stage>),
+    Scene(Box<Session>),
 }
 
 impl Subject {
@@ -22,9 +23,9 @@ impl Subject {
     pub fn scene(path: &std::path::Path, job: &BenchJob) -> Result<Self, FrameError> {
         // The figures of a start must not depend on those before.
         let options = LoadOptions { cache: false, ..job.load.clone() };
-        let stage = frames::load_stage(path, job.camera.as_deref(), &options)?;
+        let stage = frames::load_session(path, job.camera.as_deref(), &options)?;
         let outputs = || job.picture.iter().chain(&job.trace);
-        stage.check_outputs(|path| outputs().any(|output| output::is_same(path, output)))?;
+        frames::check_outputs(&stage.scene.files, |path| outputs().any(|output| output::is_same(path, output)))?;
         Ok(Self::Scene(Box::new(stage)))
     }
 

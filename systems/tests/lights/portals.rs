@@ -15,7 +15,7 @@ use systems::lights::{
 };
 use systems::run::registry::register_all;
 use systems::run::snapshot;
-use systems::run::standard_inputs::set_portal;
+use systems::run::standard_inputs::{SetPortal, push_for};
 use systems::run::state_hash::hash;
 use systems::space::{Aabb, GlobalTransform, Sphere, Transform};
 
@@ -530,7 +530,7 @@ fn a_door_goes_on_from_a_snapshot() {
     };
     let (mut whole, [moving, still]) = with_doors();
     (0..70).for_each(|_| whole.step());
-    set_portal(&mut whole.world, still.0, 0.4);
+    push_for(&mut whole.world, still.0, |entity| SetPortal { entity, open: 0.4 });
     whole.step();
     assert_eq!(whole.world.get::<Portal>(still.0).unwrap().open, 0.4);
     let saved = snapshot::save(&mut whole.world);
@@ -553,7 +553,7 @@ fn a_door_goes_on_from_a_snapshot() {
         assert!(place.rotation.angle_between(Quat::from_rotation_y(1.5 * open)) < 1e-3);
     }
     // Not beyond what a portal can be.
-    set_portal(&mut whole.world, still.0, 2.0);
+    push_for(&mut whole.world, still.0, |entity| SetPortal { entity, open: 2.0 });
     whole.step();
     assert_eq!(whole.world.get::<Portal>(still.0).unwrap().open, 0.4);
 }

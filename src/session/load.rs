@@ -1,59 +1,24 @@
-//! A scene as it is loaded: its world, its camera, and the run that begins with it.
+//! Scenes as they are loaded: costly results from the cache, textures within a bound.
 
-use super::FrameError;
-use crate::import;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::meshes::finish_meshes;
 use crate::problem::Problem;
-use crate::recording::{Recording, RunFiles, Stepper};
-use crate::scene;
-use crate::viewpoint::Viewpoint;
+use crate::scene::{self, LoadedScene, SceneError, SceneFields};
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use systems::Simulation;
 use systems::assets::Library;
 use systems::assets::texture_memory::{self, Reduced};
-
-/// A scene that is loaded, with the camera it is seen from.
-pub struct Stage {
-    /// The world.
-    pub simulation: Simulation,
-    /// Report of the loader.
-    pub scene: scene::LoadedScene,
-    /// Viewpoint of the frames.
-    pub viewpoint: Viewpoint,
-}
-
-impl Stage {
-    /// Makes sure that no output is a file that the scene was made from.
-    ///
-    /// # Errors
-    /// [`FrameError::Overwrites`].
-    pub fn check_outputs(&self, is_output: impl Fn(&Path) -> bool) -> Result<(), FrameError> {
-        check_outputs(&self.scene.files, is_output)
-    }
-}
-
-/// Makes sure that no output is one of the files that are read, or is named by one.
-///
-/// # Errors
-/// [`FrameError::Overwrites`].
-pub fn check_outputs(read: &[PathBuf], is_output: impl Fn(&Path) -> bool) -> Result<(), FrameError> {
-    match import::with_files_named_by(read).find(|path| is_output(path)) {
-        Some(path) => Err(FrameError::Overwrites { path }),
-        None => Ok(()),
-    }
-}
 
 /// Options of loading a scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadOptions {
     /// Makes what the scene is loaded into: `Simulation::new`, or a program's own, with its state, inputs, systems and
-    /// [`scene::SceneFields`].
+    /// [`SceneFields`].
     #[serde(skip, default = "no_own_simulation")]
     pub simulation: fn() -> Simulation,
     /// Images are put into blocks (BC7), a quarter of the memory.
@@ -67,7 +32,7 @@ pub struct LoadOptions {
     /// In the place of the scene's own seed.
     pub seed: Option<u64>,
     /// Called as loading begins; what it returns is dropped when the files are read. For a bar that shows
-    /// [`import::progress::counts`], say.
+    /// [`crate::import::progress::counts`], say.
     #[serde(skip)]
     pub watch: Option<fn() -> Box<dyn Any>>,
 }
@@ -144,11 +109,8 @@ fn work_out(library: &mut Library, options: &LoadOptions) {
     }
 }
 
-/// Loads a scene and finds its camera; warnings are logged.
-///
-/// # Errors
-/// [`FrameError::Scene`], [`FrameError::NoCamera`].
-pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> Result<Stage, FrameError> {
+/// The world of a scene; warnings are logged.
+pub fn world(path: &Path, options: &LoadOptions) -> Result<(Simulation, LoadedScene), SceneError> {
     let mut simulation = (options.simulation)();
     let watch = options.watch.map(|begin| begin());
     let scene = scene::load_seeded(path, options.seed, &mut simulation)?;
@@ -159,30 +121,17 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
     }
-    let found = match camera {
-        None => scene.cameras.first().map(|&(_, camera)| Viewpoint::Camera(camera)),
-        Some(wanted) => Viewpoint::find(wanted, &scene.cameras, &mut simulation.world),
-    };
-    let Some(viewpoint) = found else {
-        let known = scene.cameras.iter().map(|(name, _)| name.clone()).collect();
-        let wanted = camera.unwrap_or_default().to_owned();
-        return Err(FrameError::NoCamera { scene: path.to_owned(), wanted, known });
-    };
-    Ok(Stage { simulation, scene, viewpoint })
+    Ok((simulation, scene))
 }
 
-/// Gives images that a renderer has taken the texels of ([`Library::keep_texels`]) their texels again, from the files
-/// that the world was loaded from: for another renderer, where that one's device was lost.
-///
-/// # Errors
-/// [`FrameError::Scene`]: the files cannot be read any more, or have changed.
-pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simulation) -> Result<(), FrameError> {
+/// Reads texels again that a renderer has taken: see [`Session::restore_texels`](super::Session::restore_texels).
+pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simulation) -> Result<(), SceneError> {
     if !simulation.library().lacks_texels() {
         return Ok(());
     }
     // With what the program itself put there before the scene was loaded.
     let mut begun = (options.simulation)();
-    let fields = begun.world.remove_resource::<scene::SceneFields>().unwrap_or_default();
+    let fields = begun.world.remove_resource::<SceneFields>().unwrap_or_default();
     let before = begun.world.remove_resource::<Library>().unwrap_or_default();
     let mut read = scene::load_library(scene, &fields, before)?;
     if options.compress {
@@ -195,16 +144,6 @@ pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simu
     library.bypass_change_detection().restore_texels(read).map_err(|image| {
         let message =
             format!("image {image:?} has changed since it was loaded; the graphics device that had it was lost");
-        scene::SceneError::from(Problem::error(scene, message)).into()
+        SceneError::from(Problem::error(scene, message))
     })
-}
-
-/// Begins the run of a stage that has just been loaded: see [`Stepper::begin`].
-///
-/// # Errors
-/// [`FrameError::Recording`].
-pub fn begin_run(stage: &mut Stage, scene: &Path, files: &RunFiles, from: u64) -> Result<Stepper, FrameError> {
-    let stepper = Stepper::begin(files, (scene, &stage.scene.files), from, &mut stage.simulation)?;
-    stepper.recording().and_then(Recording::warning).into_iter().for_each(|warning| tracing::warn!("{warning}"));
-    Ok(stepper)
 }
