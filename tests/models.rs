@@ -4,8 +4,8 @@
 
 mod common;
 
-use relief::frames::{Headless, LoadOptions, load_stage};
-use std::path::{Path, PathBuf};
+use crate::common::prelude::*;
+use relief::frames::load_stage;
 use std::sync::Mutex;
 
 /// Warnings and errors that the graphics stack logged.

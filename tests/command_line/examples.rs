@@ -1,8 +1,7 @@
 //! The examples run without a window, and those that draw leave pictures of something.
 
-use crate::common;
 use crate::common::display::{Display, Running, wait_for};
-use std::path::{Path, PathBuf};
+use crate::common::{self, prelude::*};
 use std::process::Command;
 
 /// Path of a built example: in `examples`, beside the folder of this test's program.

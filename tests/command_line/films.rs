@@ -1,8 +1,6 @@
 //! Films of frames: colours, times, and targets that cannot be written.
 
-use crate::common::{self, assert_fails, text};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, prelude::*, text};
 use std::process::{Command, Output};
 
 /// One colour all over, in frames of some seconds.

@@ -1,11 +1,9 @@
 //! Devices that are lost, and adapters without memory: an error and no panic; another device draws the same; what was
 //! written stays, and a run goes on where it ended.
 
-use crate::common;
-use relief::frames::{self, FrameError, Headless, LoadOptions, Stage};
-use relief::renderer::{Gpu, RenderError};
-use std::fs;
-use std::path::PathBuf;
+use crate::common::{self, prelude::*};
+use relief::frames::{self, FrameError, Stage};
+use relief::renderer::RenderError;
 use std::process::{Command, Output};
 use systems::run::state_hash;
 use tempfile::TempDir;

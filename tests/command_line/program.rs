@@ -1,8 +1,6 @@
 //! The binary as a user meets it: exit codes, messages, files, and the same frames every time.
 
-use crate::common::{self, assert_fails, command, relief, succeeds, text};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, command, prelude::*, relief, succeeds, text};
 
 const SCENE: &str = r#"(
     materials: { "red": (base_factor: (0.8, 0.1, 0.1)), "glass": (base_factor: (0.2, 0.5, 0.9), base_alpha: 0.4, alpha_mode: blend) },

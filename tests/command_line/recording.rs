@@ -1,25 +1,16 @@
 //! Runs that can be had again: recorded, replayed, cut short, damaged, continued from snapshots; in the library and by
 //! the binary.
 
-use crate::common::{self, text};
-use bevy_ecs::prelude::*;
+use crate::common::{self, prelude::*, text};
 use proptest::prelude::*;
-use relief::frames::{self, LoadOptions, Stage};
+use relief::frames::{self, Stage};
 use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles, Stepper};
 use serde::{Deserialize, Serialize};
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Output;
-use systems::Simulation;
-use systems::ecs::clock::Clock;
-use systems::lights::Light;
-use systems::run::inputs::{Input, Inputs, SavedInput};
-use systems::run::registry::{EntityRegistry, StateId};
+use systems::run::inputs::SavedInput;
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::{Despawn, SetTransform};
-use systems::run::state::StateList;
 use systems::run::state_hash::hash;
-use systems::space::{Spin, Transform};
 use tempfile::TempDir;
 
 const SCENE: &str = r#"(

@@ -1,9 +1,6 @@
 //! `relief split`, `render --shard` and `merge`: what shards give together is what one process gives, byte for byte.
 
-use crate::common::{self, assert_fails, files, relief, scene_folder, text};
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, files, prelude::*, relief, scene_folder, text};
 use std::process::Output;
 
 /// A rig that turns, with cameras of two rhythms, a lidar that sweeps, an IMU and a receiver of GNSS; two things, one

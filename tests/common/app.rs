@@ -1,11 +1,10 @@
 //! The program with a window on a display of a test's own.
 
 use super::display::{Display, PATIENCE, Running, wait_for};
+use super::prelude::*;
 use image::RgbImage;
 use std::cell::RefCell;
-use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};

@@ -2,7 +2,7 @@
 
 #![allow(dead_code)]
 
-use std::path::PathBuf;
+use prelude::*;
 
 /// True if what is missing fails a test rather than skipping it.
 pub fn strict() -> bool {
@@ -145,6 +145,8 @@ pub mod floor;
 /// A display for windows, and the program with a window on it.
 pub mod app;
 pub mod display;
+
+pub mod prelude;
 
 /// Pictures of one square.
 pub mod square;

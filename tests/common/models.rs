@@ -2,9 +2,7 @@
 
 #![allow(dead_code)]
 
-use glam::{UVec2, Vec2, Vec3, Vec4};
-use serde_json::{Value, json};
-use systems::assets::{Mesh, shapes};
+use crate::common::prelude::*;
 
 /// A torus of few triangles, 1 m and 0.4 m.
 pub fn coarse_torus() -> Mesh {

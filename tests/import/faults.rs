@@ -1,10 +1,8 @@
 //! Refusals, omissions, and files that are sound however they are written.
 
+use crate::common::prelude::*;
 use crate::support::{buffer, first_mesh, floats, material, push, push_accessor, with_triangle};
 use base64::Engine;
-use serde_json::{Value, json};
-use systems::assets::AlphaMode;
-use systems::lights::LightKind;
 
 #[test]
 fn what_a_file_can_do_without_does_not_refuse_it() {

@@ -1,8 +1,7 @@
 //! Accessors and attributes.
 
+use crate::common::prelude::*;
 use crate::support::{first_mesh, floats, push, push_accessor, with_triangle};
-use glam::{Vec2, Vec3};
-use serde_json::json;
 
 #[test]
 fn sparse_values_replace_and_normalized_integers_become_fractions() {

@@ -1,12 +1,8 @@
 //! Nodes and what hangs on them: transforms, cameras, lights, skins.
 
+use crate::common::prelude::*;
 use crate::support::{first_mesh, floats, push_accessor, with_triangle};
-use bevy_ecs::prelude::*;
-use glam::{Mat4, Quat, Vec3};
-use serde_json::json;
-use systems::draw::{Projection, View};
-use systems::lights::LightKind;
-use systems::space::{GlobalTransform, Transform};
+use glam::Mat4;
 
 /// Whatever the matrices above them do: uneven scale, mirrors, and shear, of which transforms can keep nothing.
 #[test]

@@ -1,11 +1,8 @@
 //! The samples, and glTF documents made here.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use base64::Engine;
-use relief::import::{ImportError, Model, load_model};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use systems::assets::{Library, Material, Mesh};
+use relief::import::{ImportError, Model};
 
 pub fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let (mut files, mut open) = (Vec::new(), vec![folder.to_owned()]);

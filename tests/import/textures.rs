@@ -1,9 +1,8 @@
 //! Textures of glTF materials.
 
+use crate::common::prelude::*;
 use crate::support::{floats, material, png_of, push, push_accessor, uri_of, with_triangle};
 use base64::Engine;
-use serde_json::{Value, json};
-use systems::assets::ImageKind;
 
 #[test]
 fn specular_textures_are_combined_into_one() {

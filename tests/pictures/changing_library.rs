@@ -1,22 +1,10 @@
 //! Meshes, materials and images that come and go while renderers draw them: pictures equal those of a renderer that
 //! sees the world for the first time, and of a world that was made with what is there now; memory goes down.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec2, Vec3, Vec4};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Gpu, HeldBytes, Settings, SingleView};
-use std::collections::BTreeMap;
-use systems::Simulation;
-use systems::assets::{
-    AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, Texels, blocks, level_size,
-    shapes, tangents,
-};
-use systems::draw::Camera;
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use proptest::test_runner::RngAlgorithm;
+use relief::renderer::HeldBytes;
+use systems::assets::{Texels, blocks, level_size, tangents};
 
 const SIZE: (u32, u32) = (96, 54);
 

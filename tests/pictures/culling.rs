@@ -1,22 +1,10 @@
 //! Culling of objects: the picture is the same with any culling, and what cannot be seen is left out.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Gpu, Occlusion, OutputSet, Settings, SingleView, VisibleCounts};
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{
-    AlphaMode, Image, ImageKind, Library, Map, Material, MaterialId, MeshId, Shading, Technique, shapes,
-};
+use crate::common::{self, prelude::*};
+use proptest::test_runner::RngAlgorithm;
+use relief::renderer::VisibleCounts;
 use systems::cells::{Cell, Cells, OUTSIDE, Opening};
-use systems::draw::{Camera, Projection};
-use systems::lights::Light;
-use systems::space::{Aabb, Hidden, Transform};
+use systems::space::Aabb;
 
 const SIZE: (u32, u32) = (96, 54);
 

@@ -1,16 +1,8 @@
 //! Passes of the caller's own between those of a view.
 
-use crate::common;
-use glam::Vec3;
-use relief::renderer::{
-    Gpu, Occlusion, OutputSet, PICTURE_FORMAT, PassPlace, PassTargets, Renderer, Settings, ViewPlan, ViewState,
-    ViewTarget, picture_texture, read_texture,
-};
+use crate::common::{self, prelude::*};
+use relief::renderer::{PassPlace, PassTargets, ViewState, ViewTarget};
 use std::cell::RefCell;
-use systems::Simulation;
-use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
-use systems::draw::{Camera, Environment, ToneMap, View};
-use systems::space::{GlobalTransform, Transform};
 
 const SIZE: (u32, u32) = (48, 32);
 

@@ -1,11 +1,8 @@
 //! A frame shows the world as it is, whether or not there were frames before.
 
-use bevy_ecs::prelude::*;
-use relief::frames::{LoadOptions, Stage, load_stage};
-use std::collections::BTreeMap;
-use std::path::Path;
-use systems::lights::{LightLists, SelectedLights, Selection};
-use systems::space::GlobalTransform;
+use crate::common::prelude::*;
+use relief::frames::{Stage, load_stage};
+use systems::lights::{LightLists, Selection};
 
 /// A place, and lights: what is chosen and, beyond the first three, listed. Where a list lies depends on the frames
 /// before.

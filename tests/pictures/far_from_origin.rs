@@ -1,12 +1,8 @@
 //! Far from the origin a scene looks as it does there: what is drawn counts from the eye.
 
-use crate::common;
 use crate::common::bumps::{Stage, hills};
-use glam::{Quat, Vec2, Vec3};
-use relief::frames::{self, Headless, LoadOptions};
-use systems::assets::{Material, Technique, shapes};
-use systems::draw::{Camera, Environment};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::frames;
 
 /// Hills on a square and a ball before them, close to the eye, under three lights and a sky, moved by `origin`.
 fn stage(origin: Vec3) -> Option<Stage> {

@@ -1,16 +1,9 @@
 //! Costs of frames: draws, and bytes uploaded, for generated scenes.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec2, Vec3};
-use relief::frames::Headless;
-use relief::renderer::{Settings, SingleView};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
-use systems::draw::{Camera, InstanceRecord};
-use systems::lights::{Light, LightPolicies, LightPolicy, PackedLight};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use systems::assets::texture_memory;
+use systems::draw::InstanceRecord;
+use systems::lights::PackedLight;
 
 const SIZE: (u32, u32) = (32, 18);
 

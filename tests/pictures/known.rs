@@ -1,13 +1,8 @@
 //! Pictures with known answers: what one pixel must be, worked out by hand.
 
-use crate::common;
 use crate::common::square::{SIZE, Square, assert_near, matte};
-use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::renderer::{DebugView, Gpu, OutputSet};
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, Shading, Technique, shapes};
-use systems::draw::{Environment, ToneMap};
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use glam::Affine2;
 
 #[test]
 fn phong_and_blinn_highlights_are_not_coloured_by_the_base() {

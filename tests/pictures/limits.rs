@@ -1,16 +1,9 @@
 //! Scenes too large for the device. As much as fits is drawn, more is refused with an error that says what, and the
 //! renderer goes on. The devices here allow less than the adapter does.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::Vec3;
-use relief::renderer::{Gpu, OutputSet, RenderError, Settings, SingleView};
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, MeshId, shapes};
-use systems::draw::{Camera, DrawList, InstanceRecord};
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::renderer::RenderError;
+use systems::draw::{DrawList, InstanceRecord};
 
 /// A device with lower limits.
 fn lowered(lower: impl FnOnce(&mut wgpu::Limits)) -> Option<Gpu> {

@@ -1,21 +1,11 @@
 //! Large objects, drawn in pieces: the same picture, no cracks, no seams, and one object to everything but the lights.
 
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
+use crate::common::{self, prelude::*};
 use image::Rgba;
-use relief::frames::{self, Headless};
-use relief::renderer::{Settings, SingleView};
+use relief::frames;
 use relief::scene;
-use relief::viewpoint::Viewpoint;
-use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, MeshId, shapes};
-use systems::draw::pieces::{Pieces, WholeMesh, draw_in_pieces};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
-use systems::lights::{LUMINANCE, Light, LightPolicies, LightPolicy};
-use systems::space::Transform;
+use systems::draw::pieces::{Pieces, WholeMesh};
+use systems::lights::LUMINANCE;
 
 /// A world with one object and a camera, and what draws it.
 struct Stage {

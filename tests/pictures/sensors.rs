@@ -1,22 +1,10 @@
 //! Camera sensors against what is known of their every pixel.
 
-use crate::common::{self, dark_world, unlit};
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sense::{CameraCapture, SensorSuite};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Library, Material, MeshId, shapes};
-use systems::draw::{Camera, Environment, Intrinsics, Projection, View};
-use systems::lights::Light;
-use systems::run::registry::{EntityRegistry, register_all};
-use systems::sensors::{CameraOutput, CameraOutputs, CameraSensor, Class, Instance, Lens, Sensor};
-use systems::space::{GlobalTransform, Transform};
+use crate::common::{self, dark_world, prelude::*, unlit};
+use proptest::test_runner::RngAlgorithm;
+use relief::renderer::ViewBatches;
+use relief::sense::CameraCapture;
+use systems::sensors::{CameraOutputs, Class, Instance};
 
 const SIZE: (u32, u32) = (97, 64);
 

@@ -1,21 +1,8 @@
 //! Several views of one world in a frame, through one renderer.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{
-    Occlusion, OutputSet, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState, ViewTarget,
-    VisibleCounts, picture_texture, read_texture,
-};
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Technique, shapes};
-use systems::draw::Camera;
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use proptest::test_runner::RngAlgorithm;
+use relief::renderer::{RenderStats, ViewState, ViewTarget, VisibleCounts};
 
 /// Size and settings of each view; the settings differ in all that targets and lists depend on.
 fn views() -> [((u32, u32), Settings); 3] {

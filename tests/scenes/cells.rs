@@ -2,8 +2,6 @@
 
 use super::*;
 use systems::cells::{Cells, Door, OUTSIDE, Portal};
-use systems::run::inputs::Inputs;
-use systems::run::registry::EntityRegistry;
 use systems::run::standard_inputs::set_portal;
 
 /// Two rooms, a door that moves, and a window.

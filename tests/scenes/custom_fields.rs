@@ -1,7 +1,6 @@
 //! Fields that a program adds to scene files: what they put into the world, and what is said of them.
 
 use super::*;
-use relief::scene::{EntityField, SceneField, SceneFields};
 use serde::Deserialize;
 
 #[derive(Component, Deserialize, Clone, PartialEq, Debug)]

@@ -20,20 +20,14 @@ mod values;
 mod vehicles;
 mod worlds;
 
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
+use crate::common::prelude::*;
 use proptest::prelude::*;
 use relief::scene::{self, LoadedScene};
-use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::assets::{ImageKind, Library, MaterialId, MeshId, MeshVariants, Shading, Technique, Wrap};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
-use systems::ecs::clock::Clock;
-use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, NoShadow};
+use systems::assets::{MeshVariants, Wrap};
+use systems::lights::NoShadow;
 use systems::sensors::{Class, Classes, Instance};
+use systems::space::InheritedHidden;
 use systems::space::origin::Origin;
-use systems::space::{GlobalTransform, Hidden, InheritedHidden, Spin, Transform};
 
 /// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
 const MODEL: &str = r#"{

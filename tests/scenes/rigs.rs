@@ -2,7 +2,6 @@
 
 use super::*;
 use relief::sense::sensor_names;
-use systems::sensors::Sensor;
 
 const RIG: &str = r#"[
     (name: "front", transform: (translation: (0, 1, 2)), sensor: camera(size: (8, 8))),

@@ -1,15 +1,10 @@
 //! Routes, signals and vehicles on them in scene files: what they become, what is refused and in which words.
 
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::Vec2;
+use crate::common::prelude::*;
 use relief::scene;
-use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::space::Transform;
 use systems::vehicles::ground::{Ground, Grounds};
 use systems::vehicles::routes::Routes;
-use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes, steering};
+use systems::vehicles::{Motion, OnRoute, steering};
 
 /// A scene file, and its folder, which lives as long.
 struct Scene(#[expect(dead_code, reason = "deleted when it is dropped")] tempfile::TempDir, PathBuf);

@@ -1,21 +1,11 @@
 //! Several worlds with one renderer: those with the same library share what is uploaded of it, and cameras of all are
 //! drawn together.
 
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3, Vec4};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{Gpu, Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sense::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
-use systems::Simulation;
-use systems::assets::{Image, ImageId, ImageKind, Library, Map, Material, MaterialId, MeshEntry, MeshId, shapes};
-use systems::draw::{Camera, Environment, ToneMap, View};
-use systems::lights::Light;
-use systems::run::registry::register_all;
-use systems::sensors::{CameraOutput, CameraSensor, Sensor};
-use systems::space::{GlobalTransform, Transform};
+use crate::common::{self, prelude::*};
+use proptest::test_runner::RngAlgorithm;
+use relief::renderer::ViewBatches;
+use relief::sense::{Drawing, Wanted, WorldSensors};
+use systems::assets::MeshEntry;
 
 /// A world, and what its library has.
 struct World {

@@ -1,7 +1,7 @@
 //! Calibrations of cameras by OpenCV, from pictures of a chessboard, agree with `sensors.json`.
 
-use crate::common::{self, scene_folder, succeeds, text};
-use glam::{DVec3, dvec2};
+use crate::common::{self, prelude::*, scene_folder, succeeds, text};
+use glam::dvec2;
 use image::{GrayImage, Luma};
 use std::f64::consts::TAU;
 use std::fmt::Write;

@@ -1,21 +1,11 @@
 //! Cameras whose lenses bend, against OpenCV and against what is known of their every pixel.
 
-use crate::common::{self, dark_world, unlit};
-use bevy_ecs::name::Name;
-use glam::{DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3, dvec2};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
+use crate::common::{self, dark_world, prelude::*, unlit};
+use glam::dvec2;
+use proptest::test_runner::RngAlgorithm;
 use relief::renderer::RenderError;
-use relief::sense::{CameraCapture, Capture, SensorSuite};
-use serde_json::{Value, json};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{Library, Material, shapes};
-use systems::draw::{Environment, Intrinsics, ToneMap};
-use systems::lights::Light;
-use systems::run::registry::register_all;
-use systems::sensors::{CameraOutput, CameraOutputs, CameraSensor, Class, Lens, Sensor};
-use systems::space::Transform;
+use relief::sense::CameraCapture;
+use systems::sensors::{CameraOutputs, Class};
 
 const SIZE: (u32, u32) = (320, 240);
 const INTRINSICS: Intrinsics = Intrinsics { fx: 190.0, fy: 185.0, cx: 157.0, cy: 122.5 };

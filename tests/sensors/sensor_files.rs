@@ -1,8 +1,6 @@
 //! `relief render --sensors`: the files of a data set, read by others' programs, resumed, and refused.
 
-use crate::common::{self, assert_fails, assert_fails_to_check, files, relief, scene_folder, succeeds};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, assert_fails_to_check, files, prelude::*, relief, scene_folder, succeeds};
 
 /// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
 const SCENE: &str = r#"(

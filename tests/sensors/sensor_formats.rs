@@ -1,8 +1,6 @@
 //! `relief render --sensors --format coco,kitti,video` as others read it, and what it refuses.
 
-use crate::common::{self, assert_fails, files, scene_folder, succeeds, text};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, files, prelude::*, scene_folder, succeeds, text};
 use std::process::Command;
 
 /// A ground, a wall of no class, two boxes that are things, one before the other; a rig that turns by three degrees a

@@ -1,11 +1,8 @@
 //! `relief render --sensors --format mcap` as others read it, and what it refuses.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use relief::data::{DatasetOptions, FileFormat, SensorJob, render_sensors};
 use relief::frames::{FrameError, Frames, RunJob};
-use serde_json::json;
-use std::fs;
-use std::path::{Path, PathBuf};
 
 /// A floor at height 0 (road) and a wall whose face is at z = 8 (wall), a box on the floor (car); a rig that turns by
 /// ten degrees a step, with a tilted camera, a lidar that is due every other step, and one that sweeps; a camera with a

@@ -9,18 +9,10 @@
 //! Through portals light comes and goes by shares, whatever the policy. There the reference is all lights without
 //! walls, and a jump is over the mean luminance of the picture itself.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3, Vec4};
-use relief::renderer::{PICTURE_FORMAT, Settings, SingleView, picture_texture};
+use crate::common::{self, prelude::*};
 use relief::tools::compare::luminance;
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, shapes};
 use systems::cells::{Cell, Cells, Opening, Portal};
-use systems::draw::{Camera, Environment};
-use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, SelectedLights};
-use systems::space::{Aabb, Transform};
+use systems::space::Aabb;
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
 const SIZE: usize = 48;

@@ -1,14 +1,9 @@
 //! Shadow maps of lamps: pictures whose every sample is known.
 
-use crate::common;
 use crate::common::floor::{Floor, HALF, check_edges, headless, is_free, lamp};
-use glam::{DVec2, DVec3, Quat, Vec3, Vec3Swizzles};
-use relief::frames::Headless;
-use relief::renderer::Settings;
-use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
-use systems::draw::{Camera, Projection};
-use systems::lights::{Light, LightKind, NoShadow};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use glam::Vec3Swizzles;
+use systems::lights::NoShadow;
 
 fn spot(intensity: f32, outer_degrees: f32) -> Light {
     let kind = LightKind::Spot { outer: outer_degrees.to_radians(), inner: Some(0.0), exponent: 0.0 };

@@ -1,20 +1,12 @@
 //! Shadow maps from frame to frame: what is drawn anew, by which lights and views, and that pictures do not depend on
 //! what was drawn before.
 
-use crate::common;
 use crate::common::floor::{Floor, SIDE, headless, lamp};
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Gpu, PICTURE_FORMAT, Renderer, Settings, ShadowStats, SingleView};
-use relief::renderer::{ViewPlan, ViewState, ViewTarget, picture_texture, read_texture};
-use relief::viewpoint::Viewpoint;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material};
-use systems::draw::Camera;
-use systems::lights::{Light, NoShadow};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use proptest::test_runner::RngAlgorithm;
+use relief::renderer::ShadowStats;
+use relief::renderer::{ViewState, ViewTarget};
+use systems::lights::NoShadow;
 
 /// A world of lamps and cubes, drawn by one renderer.
 struct Drawn {

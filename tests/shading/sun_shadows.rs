@@ -1,13 +1,8 @@
 //! Shadows of directional lights: pictures whose every sample is known, and what they cost.
 
-use crate::common;
 use crate::common::floor::{Floor, SIDE, check_edges, headless, is_free, lamp};
-use glam::{DVec2, DVec3, Vec3};
-use relief::frames::Headless;
+use crate::common::{self, prelude::*};
 use relief::renderer::ShadowStats;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, shapes};
-use systems::lights::Light;
-use systems::space::Transform;
 
 /// Towards a sun so high above the horizon, on the side of −X.
 fn toward(elevation_degrees: f64) -> DVec3 {

@@ -1,13 +1,8 @@
 //! Bump techniques with known answers.
 
 use crate::common::bumps::{Stage, difference, hills};
-use bevy_ecs::prelude::*;
-use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
-use relief::renderer::OutputSet;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, Technique, shapes};
-use systems::draw::Environment;
-use systems::lights::{Light, LightPolicies, LightPolicy};
-use systems::space::Transform;
+use crate::common::prelude::*;
+use glam::Affine2;
 
 /// Techniques whose picture of a flat field is that of the smooth surface.
 const EXACT: [Technique; 11] = [

@@ -1,16 +1,9 @@
 //! `relief bench` as a user runs it: its figures make sense, its suite writes what it says, its scene is always the
 //! same.
 
-use crate::common::{self, text};
-use glam::Vec3;
-use relief::renderer::{Gpu, Settings, SingleView};
+use crate::common::{self, prelude::*, text};
 use relief::tools::bench::{Grid, GridMesh, GridPlan, GridView};
-use relief::viewpoint::Viewpoint;
-use serde_json::Value;
-use std::fs;
-use std::path::Path;
 use std::process::Output;
-use systems::assets::MeshId;
 
 const SMALL: [&str; 7] =
     ["--objects=60", "--lights=5", "--size=64x36", "--frames=4", "--warm-up=2", "--seconds=60", "--threads=2"];

@@ -1,13 +1,10 @@
 //! `relief compare`: what must hold between techniques and real geometry, on height maps small enough for any
 //! rasteriser.
 
-use crate::common::{self, assert_fails};
+use crate::common::{self, assert_fails, prelude::*};
 use image::{ImageBuffer, Luma, Rgb, RgbImage};
 use relief::tools::technique_error::{BaseMesh, CompareJob, Report, Row, measure};
-use std::fs;
-use std::path::Path;
 use std::process::Output;
-use systems::assets::Technique;
 
 const TEXELS: u32 = 64;
 

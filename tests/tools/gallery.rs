@@ -1,8 +1,6 @@
 //! `relief gallery`: the scene of all techniques, once for each shape; scenes that cannot be one.
 
-use crate::common::{self, assert_fails, text};
-use std::fs;
-use std::path::Path;
+use crate::common::{self, assert_fails, prelude::*, text};
 use std::process::Output;
 
 fn gallery(folder: &Path, args: &[&str]) -> Output {

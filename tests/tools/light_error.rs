@@ -1,8 +1,8 @@
 //! `relief lights`: scenes whose error is known, and the ones where a quotient could go wrong.
 
+use crate::common::prelude::*;
 use crate::{common, frame_job};
 use relief::tools::light_error::{LightReport, PolicyError, measure};
-use std::path::Path;
 
 const NONE: PolicyError = PolicyError { mean: 0.0, p99: 0.0, flip: 0.0, seams: 0.0 };
 

@@ -1,22 +1,12 @@
 //! `relief map bake` and `relief map tile` as a user meets them, an independent bake in Python, and the picture.
 
-use crate::common::{self, assert_fails, text};
+use crate::common::{self, assert_fails, prelude::*, text};
 use crate::models;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::frames::Headless;
-use relief::renderer::{DebugView, Settings, SingleView};
 use relief::tools::maps::bake::{BakeOptions, Reach, Role, Surface, Target, Wanted, bake};
 use std::f32::consts::TAU;
 use std::ffi::OsStr;
-use std::fs;
-use std::path::Path;
 use std::process::Output;
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
 use systems::assets::tangents::compute_tangents;
-use systems::assets::{Image, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, shapes};
-use systems::draw::Camera;
-use systems::space::Transform;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
     common::relief(&[&["map"], args].concat(), folder)

@@ -1,9 +1,7 @@
 //! `relief map` as a user meets it: files, messages, exit codes, real textures.
 
-use crate::common::{self, assert_fails, names, text};
+use crate::common::{self, assert_fails, names, prelude::*, text};
 use relief::tools::maps::files;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Output;
 
 fn relief(args: &[&str], folder: &Path) -> Output {

@@ -1,13 +1,11 @@
 //! `relief shadows`: shadows whose every sample is known, and pictures that have none.
 
+use crate::common::prelude::*;
 use crate::{common, frame_job};
-use glam::{DVec2, DVec3};
 use image::RgbImage;
 use relief::tools::compare::PictureError;
 use relief::tools::frame_error::FrameErrorJob;
 use relief::tools::shadow_error::{ShadowReport, measure};
-use std::path::PathBuf;
-use systems::assets::Technique;
 use systems::assets::color::linear_from_srgb;
 
 const NONE: PictureError = PictureError { mean: 0.0, p99: 0.0, flip: 0.0 };

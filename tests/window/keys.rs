@@ -1,16 +1,12 @@
 //! The window under a display of its own, with real key presses: what is seen is compared with what `relief render`
 //! writes, pixel for pixel.
 
-use crate::common;
 use crate::common::app::{AWAY, App, Place, SIZE, last_step, size};
 use crate::common::display::{Display, missing, wait_for};
-use glam::{Vec2, Vec3};
+use crate::common::{self, prelude::*};
 use image::{Rgb, RgbImage};
-use std::fs;
 use std::process::Command;
 use std::time::Duration;
-use systems::draw::{Camera, View};
-use systems::space::Transform;
 
 /// The panel's part of a window of that size; the scene stays as it is left of it.
 const PANEL_WIDTH: u32 = 292;

@@ -1,14 +1,12 @@
 //! Sensors in the window: what is seen of them is compared with the files that `relief render --sensors` writes, and a
 //! run in which they are looked at with one in which nothing is.
 
-use crate::common;
 use crate::common::app::{AWAY, App, Place, SIZE, last_step};
 use crate::common::display::{Display, wait_for};
+use crate::common::{self, prelude::*};
 use image::RgbImage;
 use image::imageops::crop_imm;
 use relief::frames::load_stage;
-use relief::sense::{Capture, SensorSuite};
-use std::fs;
 use systems::run::state_hash;
 
 /// The front camera's pictures are as large as thumbnails are at most, so that a pixel of them is one of the window's.

@@ -1,17 +1,8 @@
 //! Boxes: where things are in pictures, and how much of them is seen.
 
 use super::studio::{BARREL, FISHEYE, K, SIZE, Studio};
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, EulerRot, Quat, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
-use systems::draw::Intrinsics;
-use systems::ecs::clock::Clock;
-use systems::run::registry::register_all;
-use systems::sensors::Lens;
-use systems::space::Transform;
+use crate::common::prelude::*;
+use proptest::test_runner::RngAlgorithm;
 
 /// Floats of places of some ten metres, 1e-6 of a metre, a metre and more before the camera: 150 pixels times that; and
 /// those of edges at hundreds of pixels, 3e-5.

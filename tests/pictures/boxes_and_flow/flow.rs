@@ -1,14 +1,11 @@
 //! Optical flow: where what pixels show is at another capture.
 
 use super::studio::{K, SIZE, Studio};
-use bevy_ecs::prelude::*;
-use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
+use crate::common::prelude::*;
+use glam::{DAffine3, DMat3};
+use proptest::test_runner::RngAlgorithm;
 use relief::sense::{Flow, flags};
-use std::collections::BTreeMap;
-use systems::assets::{Library, shapes};
-use systems::space::{GlobalTransform, Interpolated, Transform};
+use systems::space::Interpolated;
 
 /// A plane before the camera that fills the picture, its front toward it, at a distance.
 fn backdrop(studio: &mut Studio, distance: f32) -> Entity {

@@ -4,24 +4,15 @@ mod lamps;
 mod types;
 mod wheels;
 
+use crate::common::prelude::*;
 use crate::{Folder, common};
 use base64::Engine;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Affine3A, Quat, Vec3};
-use relief::scene::{self, load_vehicle_types};
-use serde_json::{Value, json};
+use relief::scene;
 use std::f32::consts::PI;
-use systems::Simulation;
-use systems::assets::{Library, MaterialId, Mesh, MeshId, shapes};
-use systems::lights::{Light, SelectedLights};
 use systems::physics;
-use systems::space::{GlobalTransform, Transform};
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart, Part};
-use systems::vehicles::{
-    Controls, Headlights, ManualControl, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
-};
+use systems::vehicles::{Headlights, ManualControl, Motion, VehicleNumber, VehicleType, VehicleTypeId};
 
 /// A cart: four wheels of half a metre's radius whose middle is far from the model's origin, a lamp below the turned
 /// node `arm`, and a body in the material `coat`. Each mesh is a quad of 1 m across the X axis.

@@ -1,9 +1,6 @@
 //! The files of these sensors: the same for any threads and parts of a run, and read by others.
 
-use crate::common::{self, relief, scene_folder, succeeds, text};
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, prelude::*, relief, scene_folder, succeeds, text};
 
 /// A car that drives round and round, with all of these sensors, and noise.
 const SCENE: &str = r#"(
