@@ -19,7 +19,7 @@ fn scene(step_seconds: f64) -> String {
     )
 }
 
-fn scene_folder() -> tempfile::TempDir {
+fn scene_folder() -> common::Folder {
     common::scene_folder(&scene(1.0 / 60.0))
 }
 

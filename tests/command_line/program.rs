@@ -21,7 +21,7 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn scene_folder() -> tempfile::TempDir {
+fn scene_folder() -> common::Folder {
     common::scene_folder(SCENE)
 }
 
@@ -251,9 +251,7 @@ fn bad_scenes_exit_with_2_and_name_file_line_and_column() {
     let checked = relief(&["check", "bad.ron", "scene.ron", "nowhere.glb"], folder.path());
     let report = text(&checked.stdout);
     assert_eq!(checked.status.code(), Some(2));
-    for needle in ["bad.ron:3:", "scene.ron: ok", "nowhere.glb"] {
-        assert!(report.contains(needle), "{report}");
-    }
+    assert_has(&report, &["bad.ron:3:", "scene.ron: ok", "nowhere.glb"]);
     assert!(relief(&["check", "scene.ron"], folder.path()).status.success());
 }
 
@@ -407,9 +405,7 @@ fn links_that_lead_nowhere_are_refused_with_their_target() {
 fn info_names_the_adapter() {
     let Some(_) = common::gpu() else { return };
     let output = succeeds(&["info"], Path::new("."));
-    for needle in ["adapter", "driver", "largest texture"] {
-        assert!(text(&output.stdout).contains(needle));
-    }
+    assert_has(&text(&output.stdout), &["adapter", "driver", "largest texture"]);
 }
 
 /// Runs a command that measures the scene, with small pictures, into a folder.

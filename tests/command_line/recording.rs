@@ -1,17 +1,15 @@
 //! Runs that can be had again: recorded, replayed, cut short, damaged, continued from snapshots; in the library and by
 //! the binary.
 
-use crate::common::{self, prelude::*, text};
+use crate::common::{self, Folder, prelude::*, text};
 use proptest::prelude::*;
 use relief::frames::{self, Stage};
 use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles, Stepper};
 use serde::{Deserialize, Serialize};
-use std::process::Output;
 use systems::run::inputs::SavedInput;
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::{Despawn, SetTransform};
 use systems::run::state_hash::hash;
-use tempfile::TempDir;
 
 const SCENE: &str = r#"(
     seed: 7,
@@ -31,20 +29,22 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-struct Place(TempDir);
+/// A folder with the scene and its texture.
+fn place() -> Folder {
+    let folder = common::scene_folder(SCENE);
+    image::RgbImage::from_pixel(4, 4, image::Rgb([200, 40, 30])).save(folder.at("red.png")).expect("a texture");
+    folder
+}
 
-impl Place {
-    fn new() -> Self {
-        let folder = common::scene_folder(SCENE);
-        let red = image::RgbImage::from_pixel(4, 4, image::Rgb([200, 40, 30]));
-        red.save(folder.path().join("red.png")).expect("a texture");
-        Self(folder)
-    }
+fn record(path: &Path) -> RunFiles {
+    RunFiles { record: Some(path.to_owned()), ..RunFiles::default() }
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+fn replay(path: &Path) -> RunFiles {
+    RunFiles { replay: Some(path.to_owned()), ..RunFiles::default() }
+}
 
+impl Folder {
     fn begin(&self, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
         self.begin_in(Simulation::new, files, from)
     }
@@ -52,44 +52,19 @@ impl Place {
     /// By a program with more state or inputs.
     fn begin_in(&self, simulation: fn() -> Simulation, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
         let options = LoadOptions { simulation, cache: false, ..LoadOptions::default() };
-        let mut stage = frames::load_stage(&self.path("scene.ron"), None, &options).expect("a scene");
-        let scene = self.path("scene.ron");
+        let mut stage = frames::load_stage(&self.at("scene.ron"), None, &options).expect("a scene");
+        let scene = self.at("scene.ron");
         let stepper = Stepper::begin(files, (&scene, &stage.scene.files), from, &mut stage.simulation)?;
         Ok(Run { stage, stepper })
     }
 
     /// A run of so many steps with inputs of several kinds; its hashes, and the file of its recording.
     fn recorded(&self, steps: u64) -> (Vec<u128>, PathBuf) {
-        let path = self.path("run.rec");
-        let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
-        let mut run = self.begin(&files, 0).expect("a recording");
+        let path = self.at("run.rec");
+        let mut run = self.begin(&record(&path), 0).expect("a recording");
         let hashes = (0..steps).map(|step| run.act_and_step(step)).collect();
         run.stepper.finish(&mut run.stage.simulation).expect("an end");
         (hashes, path)
-    }
-
-    fn relief(&self, args: &[&str]) -> Output {
-        common::relief(args, self.0.path())
-    }
-
-    #[track_caller]
-    fn succeeds(&self, args: &[&str]) -> String {
-        text(&common::succeeds(args, self.0.path()).stderr)
-    }
-
-    #[track_caller]
-    fn is_refused(&self, args: &[&str], needles: &[&str]) {
-        let output = self.relief(args);
-        let error = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
-        let error = error.trim_end().lines().last().unwrap_or_default();
-        for needle in needles {
-            assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
-        }
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 }
 
@@ -123,13 +98,9 @@ impl Run {
     }
 }
 
-fn replay(path: &Path) -> RunFiles {
-    RunFiles { replay: Some(path.to_owned()), ..RunFiles::default() }
-}
-
 #[test]
 fn a_replay_is_the_run_and_a_seek_is_the_replay() {
-    let place = Place::new();
+    let place = place();
     let (hashes, path) = place.recorded(260);
     assert!(fs::metadata(&path).expect("a file").len() < 100_000, "compact");
     for from in [0, 1, 99, 100, 101, 230, 260] {
@@ -146,7 +117,7 @@ fn a_replay_is_the_run_and_a_seek_is_the_replay() {
 
 #[test]
 fn who_sits_before_a_replay_changes_nothing() {
-    let place = Place::new();
+    let place = place();
     let (hashes, path) = place.recorded(30);
     let mut again = place.begin(&replay(&path), 0).expect("a recording");
     let inputs: Vec<u128> = (0..30).map(|step| again.act_and_step(step * 10 + 3)).collect();
@@ -155,7 +126,7 @@ fn who_sits_before_a_replay_changes_nothing() {
 
 #[test]
 fn a_world_that_moves_otherwise_is_noticed() {
-    let place = Place::new();
+    let place = place();
     let (_, path) = place.recorded(40);
     let mut again = place.begin(&replay(&path), 0).expect("a recording");
     let world = &mut again.stage.simulation.world;
@@ -171,10 +142,10 @@ fn a_world_that_moves_otherwise_is_noticed() {
 
 #[test]
 fn a_recording_cut_anywhere_replays_up_to_the_cut() {
-    let place = Place::new();
+    let place = place();
     let (hashes, path) = place.recorded(130);
     let whole = fs::read(&path).expect("a file");
-    let cut = place.path("cut.rec");
+    let cut = place.at("cut.rec");
     let last_of = |bytes: &[u8]| {
         fs::write(&cut, bytes).expect("a file");
         Recording::open(&cut, &Inputs::default()).map(|recording| (recording.steps().1, recording.is_whole()))
@@ -203,7 +174,7 @@ fn a_recording_cut_anywhere_replays_up_to_the_cut() {
 
 #[test]
 fn damage_in_the_middle_is_refused_with_its_place() {
-    let place = Place::new();
+    let place = place();
     let (_, path) = place.recorded(130);
     let whole = fs::read(&path).expect("a file");
     for at in (12..whole.len()).step_by(31) {
@@ -219,7 +190,7 @@ fn damage_in_the_middle_is_refused_with_its_place() {
 
 #[test]
 fn what_does_not_belong_together_is_refused_by_name() {
-    let place = Place::new();
+    let place = place();
     let (_, path) = place.recorded(20);
     let check = ["replay", "run.rec", "--check", "--scene", "scene.ron"];
     assert!(text(&place.relief(&check).stdout).contains("steps 0 to 20 come out as recorded"));
@@ -227,10 +198,10 @@ fn what_does_not_belong_together_is_refused_by_name() {
         text(&place.relief(&[&check[..], &["--from", "19"]].concat()).stdout).contains("to 20 come out as recorded")
     );
     place.is_refused(&[&check[..], &["--from", "20"]].concat(), &["--from 20", "ends with step 20"]);
-    fs::copy(place.path("scene.ron"), place.path("renamed.ron")).expect("a copy");
+    fs::copy(place.at("scene.ron"), place.at("renamed.ron")).expect("a copy");
     let renamed = place.relief(&["replay", "run.rec", "--check", "--scene", "renamed.ron"]);
     assert!(text(&renamed.stdout).contains("come out as recorded"), "{}", text(&renamed.stderr));
-    fs::write(place.path("another.ron"), "()").expect("a scene");
+    place.file("another.ron", "()");
     let another = [&check[..4], &["another.ron"]].concat();
     place.is_refused(&another, &["run.rec", "made with another scene", "scene.ron", "another.ron"]);
     place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
@@ -239,30 +210,30 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let whole = fs::read(&path).expect("a file");
     let mut other = whole.clone();
     other[8] = 9;
-    fs::write(place.path("other.rec"), other).expect("a file");
+    place.file("other.rec", other);
     place.is_refused(&["replay", "other.rec", "--check"], &["recording version", "expected 4, found 9"]);
     let recording = Recording::open(&path, &Inputs::default()).expect("a recording");
     let mut moved = recording.identity().clone();
     moved.origin = [5e5, 0.0, 5e6];
     let error = recording.identity().check(&path, &moved).expect_err("another origin").to_string();
     assert!(error.contains("made with the origin (0, 0, 0)") && error.contains("(500000, 0, 5000000)"), "{error}");
-    fs::write(place.path("red.png"), place.read("run.rec")).expect("a file");
+    place.file("red.png", place.read("run.rec"));
     let red = image::RgbImage::from_pixel(4, 4, image::Rgb([20, 40, 30]));
-    red.save(place.path("red.png")).expect("a texture");
+    red.save(place.at("red.png")).expect("a texture");
     place.is_refused(&check, &["run.rec", "red.png has changed"]);
-    fs::write(place.path("scene.ron"), SCENE.replace("base_map: \"red.png\"", "")).expect("a scene");
+    place.file("scene.ron", SCENE.replace("base_map: \"red.png\"", ""));
     place.is_refused(&check, &["run.rec", "scene"]);
 }
 
 #[test]
 fn a_run_goes_on_from_a_snapshot_and_can_be_recorded_on() {
-    let place = Place::new();
+    let place = place();
     let (hashes, path) = place.recorded(600);
     let mut until = place.begin(&replay(&path), 0).expect("a recording");
     (0..90).for_each(|_| _ = until.step());
-    let file = place.path("at 90.snapshot");
+    let file = place.at("at 90.snapshot");
     until.stepper.save_snapshot(&file, &mut until.stage.simulation).expect("a snapshot");
-    let record = place.path("rest.rec");
+    let record = place.at("rest.rec");
     let files = RunFiles { from_snapshot: Some(file.clone()), record: Some(record.clone()), ..RunFiles::default() };
     let mut rest = place.begin(&files, 0).expect("a snapshot");
     assert_eq!(rest.step_number(), 90);
@@ -274,8 +245,8 @@ fn a_run_goes_on_from_a_snapshot_and_can_be_recorded_on() {
 }
 
 /// Tries to go on from bytes that may be anything.
-fn try_snapshot(place: &Place, bytes: &[u8]) -> bool {
-    let path = place.path("any.snapshot");
+fn try_snapshot(place: &Folder, bytes: &[u8]) -> bool {
+    let path = place.at("any.snapshot");
     fs::write(&path, bytes).expect("a file");
     let begun = place.begin(&RunFiles { from_snapshot: Some(path), ..RunFiles::default() }, 0);
     begun.is_ok_and(|mut run| run.step() > 0)
@@ -289,18 +260,18 @@ proptest! {
         bytes in proptest::collection::vec(any::<u8>(), 0..300),
         magic in proptest::sample::select(vec![&b""[..], b"RELIEFRC\x03\0\0\0", b"RELIEFSN\x02\0\0\0"]),
     ) {
-        let place = Place::new();
+        let place = place();
         let bytes = [magic, &bytes].concat();
         prop_assert!(!try_snapshot(&place, &bytes));
-        prop_assert!(Recording::open(&place.path("any.snapshot"), &Inputs::default()).is_err());
+        prop_assert!(Recording::open(&place.at("any.snapshot"), &Inputs::default()).is_err());
     }
 }
 
 #[test]
 fn snapshots_that_are_damaged_or_cut_are_refused() {
-    let place = Place::new();
+    let place = place();
     let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
-    let file = place.path("a.snapshot");
+    let file = place.at("a.snapshot");
     run.stepper.save_snapshot(&file, &mut run.stage.simulation).expect("a snapshot");
     let whole = fs::read(&file).expect("a file");
     assert!(try_snapshot(&place, &whole));
@@ -318,9 +289,9 @@ fn snapshots_that_are_damaged_or_cut_are_refused() {
 #[test]
 fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
     let Some(_) = common::gpu() else { return };
-    let place = Place::new();
+    let place = place();
     let size = ["--size", "48x27", "--no-cache"];
-    let run = |args: &[&str]| place.succeeds(&[args, &size].concat());
+    let run = |args: &[&str]| text(&place.succeeds(&[args, &size].concat()).stderr);
     run(&["render", "scene.ron", "-o", "a", "--frames", "120..123", "--record", "a.rec", "--hash", "a.txt"]);
     run(&["replay", "a.rec", "-o", "b", "--frames", "120..123", "--hash", "b.txt"]);
     let pictures = ["color_00120.png", "color_00121.png", "color_00122.png"];
@@ -331,7 +302,7 @@ fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
     assert!(whole.starts_with("0 ") && part.starts_with("100 ") && whole.ends_with(&part), "{part}");
     assert_eq!(whole.lines().count(), 123);
     run(&["replay", "a.rec", "-o", "c", "--outputs", "id"]);
-    assert_eq!(fs::read_dir(place.path("c")).expect("a folder").count(), 124, "all frames, and the names");
+    assert_eq!(fs::read_dir(place.at("c")).expect("a folder").count(), 124, "all frames, and the names");
     let beyond = ["replay", "a.rec", "-o", "d", "--frames", "120..124"];
     place.is_refused(&beyond, &["120..124", "ends with frame 122"]);
 
@@ -340,10 +311,10 @@ fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
     assert!(place.read("a/color_00122.png") == place.read("f/color_00122.png"));
     let before = ["render", "scene.ron", "-o", "g", "--frames", "98..101", "--from-snapshot", "at 99"];
     place.is_refused(&before, &["98..101", "begins with frame 99"]);
-    assert!(!place.path("g").exists());
+    assert!(!place.at("g").exists());
 
     let cut = place.read("a.rec");
-    fs::write(place.path("a.rec"), &cut[..cut.len() - 9]).expect("a file");
+    place.file("a.rec", &cut[..cut.len() - 9]);
     let said = run(&["replay", "a.rec", "-o", "h", "--frames", "120..121"]);
     assert!(said.contains("truncated") && said.contains("step 121"), "{said}");
 }
@@ -351,7 +322,7 @@ fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
 #[test]
 fn a_thousand_steps_hash_the_same_for_any_number_of_threads() {
     let Some(_) = common::gpu() else { return };
-    let place = Place::new();
+    let place = place();
     let hashes = |threads: &str| {
         let args = ["render", "scene.ron", "-o", "o", "--frames", "1000..1001", "--size", "8x8", "--no-cache"];
         place.succeeds(&[&args[..], &["--hash", "h.txt", "--threads", threads]].concat());
@@ -394,7 +365,7 @@ const BODIES: &str = r#"(
 /// Steps with all that moves: the same hashes for any number of threads and when they go on from a snapshot, and the
 /// same picture at the snapshot's own step.
 fn assert_repeatable(scene: &str) {
-    let place = Place::new();
+    let place = place();
     let run = |folder: &str, from: u64, more: &[&str]| {
         let frames = format!("{from}..{}", from + 1);
         let args = ["render", scene, "-o", folder, "--frames", &frames, "--size", "64x36", "--hash", "h.txt"];
@@ -431,15 +402,13 @@ fn bodies_signals_and_slopes_are_repeatable() {
 
 #[test]
 fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
-    let place = Place::new();
-    let path = place.path("run.rec");
-    let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
-    let mut run = place.begin(&files, 0).expect("a recording");
+    let place = place();
+    let path = place.at("run.rec");
+    let mut run = place.begin(&record(&path), 0).expect("a recording");
     (0..5).for_each(|step| _ = run.act_and_step(step));
     run.stage.simulation.world.resource_mut::<Inputs>().push(Despawn(StateId(0)));
     run.stepper.finish(&mut run.stage.simulation).expect("an end");
-    let files = RunFiles { replay: Some(path), ..RunFiles::default() };
-    let mut again = place.begin(&files, 0).expect("a replay");
+    let mut again = place.begin(&replay(&path), 0).expect("a replay");
     (0..5).for_each(|_| again.stepper.step(&mut again.stage.simulation).expect("as recorded"));
     let state = |run: &mut Run| hash(&mut run.stage.simulation.world);
     assert_ne!(state(&mut again), state(&mut run), "it came later");
@@ -449,7 +418,7 @@ fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
 
 #[test]
 fn nothing_that_a_run_reads_is_overwritten() {
-    let place = Place::new();
+    let place = place();
     let before = place.read("scene.ron");
     let args = ["render", "scene.ron", "-o", "o", "--size", "8x8"];
     for more in [["--record", "scene.ron"], ["--hash", "./scene.ron"]] {
@@ -466,12 +435,12 @@ fn nothing_that_a_run_reads_is_overwritten() {
 #[test]
 fn what_a_run_begins_from_stays_as_it_is() {
     let Some(_) = common::gpu() else { return };
-    let place = Place::new();
+    let place = place();
     let size = ["--size", "8x8"];
     let files = ["--frames", "4", "--record", "a.rec", "--save-snapshot", "a.snap"];
     place.succeeds(&[&["render", "scene.ron", "-o", "o"], &size[..], &files].concat());
     for (from, to) in [("a.rec", "color_00002.png"), ("a.rec", "a.apng"), ("a.snap", "color_00004.png")] {
-        fs::copy(place.path(from), place.path(to)).expect("a copy");
+        fs::copy(place.at(from), place.at(to)).expect("a copy");
     }
     let before = ["color_00002.png", "a.apng", "color_00004.png"].map(|name| place.read(name));
     let refused = "an output would overwrite this input file";
@@ -484,12 +453,12 @@ fn what_a_run_begins_from_stays_as_it_is() {
     // A file of the run may be another name of what is read: it gets a file of its own.
     let read = ["scene.ron", "a.rec"].map(|name| place.read(name));
     for (name, link) in [("scene.ron", "link"), ("a.rec", "link.rec")] {
-        fs::hard_link(place.path(name), place.path(link)).expect("a link");
+        fs::hard_link(place.at(name), place.at(link)).expect("a link");
     }
     #[cfg(unix)]
-    std::os::unix::fs::symlink("link.rec", place.path("soft.rec")).expect("a link");
+    std::os::unix::fs::symlink("link.rec", place.at("soft.rec")).expect("a link");
     #[cfg(not(unix))]
-    fs::rename(place.path("link.rec"), place.path("soft.rec")).expect("another name");
+    fs::rename(place.at("link.rec"), place.at("soft.rec")).expect("another name");
     let written = ["-o", "o", "--hash", "link", "--record", "soft.rec"];
     place.succeeds(&[&["render", "scene.ron"], &written[..], &size].concat());
     assert!(read == ["scene.ron", "a.rec"].map(|name| place.read(name)));
@@ -498,7 +467,7 @@ fn what_a_run_begins_from_stays_as_it_is() {
 
 #[test]
 fn what_a_run_is_kept_in_is_none_of_its_pictures() {
-    let place = Place::new();
+    let place = place();
     let args = ["render", "scene.ron", "--size", "8x8", "--frames", "2", "--outputs", "color,id", "--video", "a.gif"];
     for folder in ["new", "there"] {
         for option in ["--hash", "--record", "--save-snapshot"] {
@@ -509,9 +478,9 @@ fn what_a_run_is_kept_in_is_none_of_its_pictures() {
             }
             place.is_refused(&[&args[..], &["-o", folder, option, "./a.gif"]].concat(), &["a.gif", "already"]);
         }
-        fs::create_dir_all(place.path("there")).expect("a folder");
+        fs::create_dir_all(place.at("there")).expect("a folder");
     }
-    assert!(!place.path("new").exists(), "nothing is begun");
+    assert!(!place.at("new").exists(), "nothing is begun");
     let film =
         ["render", "scene.ron", "--size", "8x8", "--frames", "2", "-o", "there", "--video", "there/color_00001.png"];
     place.is_refused(&film, &["color_00001.png", "already"]);
@@ -572,9 +541,8 @@ proptest! {
 
     #[test]
     fn inputs_of_ones_own_are_replayed_like_the_others(turns in turns()) {
-        let place = Place::new();
-        let record = RunFiles { record: Some(place.path("run.rec")), ..RunFiles::default() };
-        let mut run = place.begin_in(with_turns, &record, 0).expect("a recording");
+        let place = place();
+        let mut run = place.begin_in(with_turns, &record(&place.at("run.rec")), 0).expect("a recording");
         let act = |step: u64, run: &mut Run| {
             let mut inputs = run.stage.simulation.world.resource_mut::<Inputs>();
             turns.iter().filter(|(at, _)| *at == step).for_each(|(_, turn)| inputs.push(turn.clone()));
@@ -582,7 +550,7 @@ proptest! {
         };
         let hashes: Vec<u128> = (0..20).map(|step| act(step, &mut run)).collect();
         run.stepper.finish(&mut run.stage.simulation).expect("an end");
-        let mut again = place.begin_in(with_turns, &replay(&place.path("run.rec")), 0).expect("a recording");
+        let mut again = place.begin_in(with_turns, &replay(&place.at("run.rec")), 0).expect("a recording");
         let replayed: Vec<u128> = (0..20).map(|_| again.step()).collect();
         prop_assert_eq!(replayed, hashes);
         let applied = |run: &Run| run.stage.simulation.world.resource::<Turned>().0.clone();
@@ -594,11 +562,11 @@ proptest! {
 }
 
 /// A recording whose only block of inputs holds this one.
-fn recording_of(place: &Place, input: SavedInput) -> PathBuf {
-    let path = place.path("one.rec");
+fn recording_of(place: &Folder, input: SavedInput) -> PathBuf {
+    let path = place.at("one.rec");
     let Run { mut stage, .. } = place.begin_in(with_turns, &RunFiles::default(), 0).expect("a run");
     let scene = PathBuf::from("scene.ron");
-    let identity = Identity::of(&place.path("scene.ron"), &stage.scene.files, &stage.simulation).expect("files");
+    let identity = Identity::of(&place.at("scene.ron"), &stage.scene.files, &stage.simulation).expect("files");
     let identity = Identity { scene: scene.to_string_lossy().into_owned(), ..identity };
     let mut recorder = Recorder::create(&path, identity, &mut stage.simulation).expect("a recording");
     recorder.inputs(0, vec![input]).expect("written");
@@ -607,7 +575,7 @@ fn recording_of(place: &Place, input: SavedInput) -> PathBuf {
 
 #[test]
 fn an_input_that_the_program_does_not_know_is_refused_by_name() {
-    let place = Place::new();
+    let place = place();
     let turn = Turn { arms: vec![StateId(3)], rate: 1.0, why: None };
     let path = recording_of(&place, SavedInput::of(&turn));
     place.begin_in(with_turns, &replay(&path), 0).expect("known");
@@ -617,12 +585,12 @@ fn an_input_that_the_program_does_not_know_is_refused_by_name() {
     for more in [&["--check", "--hash", "h.txt"][..], &["-o", "frames"]] {
         place.is_refused(&[&["replay", "one.rec"], more].concat(), &["one.rec: at byte ", refused]);
     }
-    assert!(!place.path("h.txt").exists() && !place.path("frames").exists(), "nothing is begun");
+    assert!(!place.at("h.txt").exists() && !place.at("frames").exists(), "nothing is begun");
 }
 
 #[test]
 fn inputs_of_files_that_are_no_values_are_refused_by_name() {
-    let place = Place::new();
+    let place = place();
     // As many arms as a length can say, too many to be there.
     let long = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01];
     let whole = SavedInput::of(&Turn { arms: Vec::new(), rate: f32::NAN, why: None }).value;
@@ -652,16 +620,13 @@ fn with_fuel() -> Simulation {
 
 #[test]
 fn a_recording_of_a_program_with_other_state_is_refused_by_name() {
-    let place = Place::new();
-    let record = |simulation: fn() -> Simulation, name: &str| {
-        let files = RunFiles { record: Some(place.path(name)), ..RunFiles::default() };
-        drop(place.begin_in(simulation, &files, 0).expect("a recording"));
-    };
-    record(with_fuel, "more.rec");
-    record(Simulation::new, "less.rec");
-    let error = place.begin(&replay(&place.path("more.rec")), 0).err().expect("refused").to_string();
+    let place = place();
+    for (simulation, name) in [(with_fuel as fn() -> Simulation, "more.rec"), (Simulation::new, "less.rec")] {
+        drop(place.begin_in(simulation, &record(&place.at(name)), 0).expect("a recording"));
+    }
+    let error = place.begin(&replay(&place.at("more.rec")), 0).err().expect("refused").to_string();
     assert!(error.ends_with("more.rec: made by a program with the state \"fuel\", which this program does not have"));
-    let error = place.begin_in(with_fuel, &replay(&place.path("less.rec")), 0).err().expect("refused").to_string();
+    let error = place.begin_in(with_fuel, &replay(&place.at("less.rec")), 0).err().expect("refused").to_string();
     assert!(error.ends_with("less.rec: made by a program without the state \"fuel\", which this program has"));
-    place.begin_in(with_fuel, &replay(&place.path("more.rec")), 0).expect("the same");
+    place.begin_in(with_fuel, &replay(&place.at("more.rec")), 0).expect("the same");
 }

@@ -89,7 +89,7 @@ fn shards_of_sensors_are_together_what_one_process_writes() {
 }
 
 /// A job of three shards, and what one process makes of it, with an animation.
-fn frames() -> (tempfile::TempDir, PathBuf) {
+fn frames() -> (common::Folder, PathBuf) {
     let home = scene_folder(SCENE);
     let options = ["scene.ron", "--frames", "2..7", "--size", "32x20", "--outputs", "color,depth,id", "--threads", "2"];
     done(&[&["render", "-o", "one", "--video", "one.apng"], &options[..]].concat(), home.path());

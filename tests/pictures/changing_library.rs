@@ -2,7 +2,6 @@
 //! sees the world for the first time, and of a world that was made with what is there now; memory goes down.
 
 use crate::common::{self, prelude::*};
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::HeldBytes;
 use systems::assets::{Texels, blocks, level_size, tangents};
 
@@ -168,7 +167,7 @@ fn any<T: Copy>(random: &mut TestRng, all: &[T]) -> T {
 
 /// A scene of 24 objects, and who edits it.
 fn edited() -> (Scene, Editor) {
-    let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = random();
     let mut editor = Editor { random, meshes: Vec::new(), materials: Vec::new(), images: Vec::new() };
     let mut library = Library::default();
     for _ in 0..6 {

@@ -1,7 +1,6 @@
 //! Culling of objects: the picture is the same with any culling, and what cannot be seen is left out.
 
 use crate::common::{self, prelude::*};
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::VisibleCounts;
 use systems::cells::{Cell, Cells, OUTSIDE, Opening};
 use systems::space::Aabb;
@@ -58,11 +57,6 @@ fn renderer() -> Option<SingleView> {
 
 fn with(occlusion: Occlusion) -> Settings {
     Settings { occlusion, levels: LevelOfDetail::OFF, ..Settings::default() }
-}
-
-/// Random numbers, the same in every run.
-fn random() -> TestRng {
-    TestRng::deterministic_rng(RngAlgorithm::ChaCha)
 }
 
 fn unit(random: &mut TestRng) -> f32 {

@@ -1,7 +1,6 @@
 //! Outputs of a view: drawn with the picture or after it, read back together, and picked at a pixel.
 
 use crate::common::{self, prelude::*};
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::{Outputs, Picked};
 
 const SIZE: (u32, u32) = (70, 45);
@@ -20,7 +19,7 @@ impl Scene {
 
     fn of(alphas: [AlphaMode; 4]) -> Self {
         let mut simulation = Simulation::new();
-        let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let mut random = random();
         let camera = simulation.world.spawn(Camera::default()).id();
         simulation.world.spawn(Light::directional(2.0));
         let mut library = simulation.world.resource_mut::<Library>();

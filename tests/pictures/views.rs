@@ -1,7 +1,6 @@
 //! Several views of one world in a frame, through one renderer.
 
 use crate::common::{self, prelude::*};
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::{RenderStats, ViewState, ViewTarget, VisibleCounts};
 
 /// Size and settings of each view; the settings differ in all that targets and lists depend on.
@@ -38,7 +37,7 @@ impl Scene {
         });
         simulation.world.spawn(Light::directional(1.0));
         let cameras = [0, 1, 2].map(|_| simulation.world.spawn(Camera::default()).id());
-        let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let random = random();
         let mut scene = Self { simulation, cameras, objects: Vec::new(), meshes, materials, random };
         for _ in 0..count {
             scene.spawn();

@@ -21,7 +21,7 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn template() -> (tempfile::TempDir, Template) {
+fn template() -> (common::Folder, Template) {
     let folder = common::scene_folder(SCENE);
     let template = Template::load(&folder.path().join("scene.ron")).expect("a scene");
     (folder, template)

@@ -2,7 +2,6 @@
 //! drawn together.
 
 use crate::common::{self, prelude::*};
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::ViewBatches;
 use relief::sense::{Drawing, Wanted, WorldSensors};
 use systems::assets::MeshEntry;
@@ -53,7 +52,7 @@ fn world(stock: &Stock, seed: u64) -> World {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(stock.library.clone());
     let Stock { mesh, sphere, mapped, other, plain, image, .. } = *stock;
-    let mut random = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed as u8; 32]);
+    let mut random = TestRng::from_seed(proptest::test_runner::RngAlgorithm::ChaCha, &[seed as u8; 32]);
     let mut at = || Vec3::from_array([4.0, 3.0, 4.0].map(|half: f32| random.random_range(-half..half)));
     let objects = (0..12).map(|i| {
         let place = Transform::from_translation(at() - 8.0 * Vec3::Z).with_rotation(Quat::from_rotation_y(at().x));

@@ -2,7 +2,6 @@
 
 use crate::common::{self, dark_world, prelude::*, unlit};
 use glam::dvec2;
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::RenderError;
 use relief::sense::CameraCapture;
 use systems::sensors::{CameraOutputs, Class};
@@ -100,7 +99,7 @@ fn of_opencv(cameras: &[CameraSensor], points: &[Vec<DVec3>]) -> Option<Vec<Vec<
 
 #[test]
 fn points_are_where_opencv_has_them() {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let cameras = lenses();
     let mut point = || {
         // OpenCV's fisheye takes points behind the camera for points before it.
@@ -240,7 +239,7 @@ fn depth_range_and_normals_of_planes_are_those_of_their_equations() {
 
 /// Boxes and balls of several classes under a sun, all around.
 fn crowd(simulation: &mut Simulation) {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let mut library = simulation.world.resource_mut::<Library>();
     let meshes = [shapes::cube(Vec3::ONE), shapes::sphere(0.5, 24, 16)].map(|shape| library.add_mesh(shape));
     let materials = [Vec3::new(0.8, 0.2, 0.1), Vec3::new(0.1, 0.3, 0.9), Vec3::ONE]

@@ -3,7 +3,6 @@
 
 use crate::common::floor::{Floor, SIDE, headless, lamp};
 use crate::common::{self, prelude::*};
-use proptest::test_runner::RngAlgorithm;
 use relief::renderer::ShadowStats;
 use relief::renderer::{ViewState, ViewTarget};
 use systems::lights::NoShadow;
@@ -157,7 +156,7 @@ fn a_world_without_casters_has_no_layer_and_one_with_some_has_as_many_as_lights(
 #[test]
 fn the_past_does_not_matter() {
     let Some(gpu) = common::gpu() else { return };
-    let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut random = random();
     let (mut drawn, mut fresh) = (Drawn::new(&gpu), headless(&gpu));
     let sun = drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.5, -1.0, 0.2));
     for past in 0..50 {

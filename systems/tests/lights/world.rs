@@ -1,20 +1,9 @@
 //! Lights in a world: slots, what is chosen again and what is kept, the lists of the policy `All`.
 
-use crate::common::{any_odd_light, any_place, any_policy, cases};
+use super::*;
 use bevy_ecs::change_detection::DetectChanges;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::*;
-use proptest::sample::Index;
-use systems::Simulation;
-use systems::assets::{Library, Mesh, MeshId, bounds_of, shapes, world_bounds};
+use systems::assets::{Mesh, bounds_of};
 use systems::draw::LightFeatures;
-use systems::ecs::stats::FrameStats;
-use systems::lights::{
-    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightRecord, LightSlot, LightTable, NO_LIGHT, Policies,
-    ScoredLight, SelectedLights, Selection, brute_force, score,
-};
-use systems::space::{GlobalTransform, Transform};
 
 #[test]
 fn lights_that_are_none_are_never_selected() {

@@ -1,13 +1,6 @@
 //! Crossings that are kept clear, lanes for turning, and ways that part.
 
-use bevy_ecs::prelude::*;
-use glam::Vec3;
-use systems::Simulation;
-use systems::space::Transform;
-use systems::vehicles::forks::{Chooser, Fork};
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Signal, Signals};
-use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
+use super::*;
 
 const LINE: f32 = 80.0;
 

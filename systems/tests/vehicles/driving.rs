@@ -1,16 +1,7 @@
 //! The models that vehicles move by, against their closed forms.
 
-use crate::{state, steps};
-use glam::{DVec2, DVec3, Vec3};
-use proptest::prelude::*;
-use systems::Simulation;
-use systems::space::Transform;
-use systems::vehicles::ground::Grounds;
-use systems::vehicles::routes::{RoutePlan, Routes};
-use systems::vehicles::types::{Driver, Trailer};
-use systems::vehicles::{
-    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, steering,
-};
+use super::*;
+use glam::DVec2;
 
 const STEP: f64 = 1.0 / 60.0;
 

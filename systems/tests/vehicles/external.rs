@@ -1,30 +1,19 @@
 //! Vehicles that something outside moves, at a rate of its own, against what is known of their ways.
 
-use bevy_ecs::prelude::*;
-use glam::{DQuat, DVec3, Quat, Vec3};
+use super::*;
+use glam::DQuat;
 use std::f64::consts::FRAC_PI_2;
-use systems::Simulation;
-use systems::ecs::clock::Clock;
-use systems::physics::{Physical, Physics};
-use systems::run::inputs::{Inputs, SavedInput, apply_queued};
+use systems::run::inputs::SavedInput;
 use systems::run::registry::{EntityRegistry, StateId, register_all};
 use systems::run::standard_inputs::{Drive, MoveVehicle, ReleaseVehicle, SetManualControl, SetTransform};
 use systems::run::state::StateList;
 use systems::run::state_hash::{StateHash, hash};
-use systems::run::{snapshot, state_hash};
 use systems::sensors::ImuSensor;
 use systems::sensors::philox::Noise;
-use systems::space::{GRAVITY, Interpolated, Transform};
+use systems::space::{GRAVITY, Interpolated};
 use systems::vehicles::external::STALE;
-use systems::vehicles::ground::Grounds;
-use systems::vehicles::lamps::{LampKind, Switches};
-use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::traffic::Traffic;
-use systems::vehicles::types::Driver;
-use systems::vehicles::{
-    Controls, Indicator, Motion, MotionSource, OnRoute, RouteId, StampedMotion, Vehicle, VehicleType, VehicleTypeId,
-    steering,
-};
+use systems::vehicles::{MotionSource, StampedMotion};
 
 const STEP: f64 = 1.0 / 60.0;
 const CAR: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };

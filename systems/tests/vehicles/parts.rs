@@ -1,18 +1,11 @@
 //! Vehicles: their parts, wheels that roll and steer, lamps.
 
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
+use super::*;
 use std::f32::consts::{FRAC_PI_2, PI};
-use systems::Simulation;
-use systems::assets::{Library, Material, MaterialId, MeshId, shapes};
-use systems::lights::Light;
-use systems::space::Transform;
-use systems::vehicles::lamps::{Lamp, LampKind, Switches};
+use systems::assets::Material;
+use systems::vehicles::lamps::Lamp;
 use systems::vehicles::parts::{Movement, MovingPart, Part, PartLamp};
-use systems::vehicles::{
-    Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, lamps,
-    parts,
-};
+use systems::vehicles::{Headlights, lamps, parts};
 
 /// A type with a painted body, a wheel that steers, one that does not, a fork with a wheel below it, legs, a trailer
 /// and a lamp of each kind.

@@ -1,22 +1,13 @@
 //! Physical vehicles against closed forms, and what must hold whatever happens to them.
 
-use crate::steps;
+use super::*;
 use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, Quat, Vec2, Vec3};
-use systems::Simulation;
-use systems::assets::{Library, Mesh, MeshId, shapes};
-use systems::ecs::clock::Clock;
+use systems::assets::Mesh;
 use systems::ecs::sub_steps::Parts;
-use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
-use systems::run::{registry, snapshot, state_hash};
-use systems::space::Transform;
+use systems::physics::{GRAVITY, Obstacle};
+use systems::run::registry;
 use systems::vehicles::ground::Ground;
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::{
-    Controls, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
-    Wanted, driving,
-};
+use systems::vehicles::{Wanted, driving};
 
 /// The box of a car's size, without air.
 const AIRLESS: Physical = Physical {

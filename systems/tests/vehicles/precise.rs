@@ -1,16 +1,6 @@
 //! Nothing adds up wrongly: vehicles far from the origin, in steps from 0.1 ms to 1 s, kinematic and physical.
 
-use crate::state;
-use bevy_ecs::prelude::*;
-use glam::DVec3;
-use systems::Simulation;
-use systems::ecs::clock::Clock;
-use systems::physics::Physical;
-use systems::space::Transform;
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Signal, Signals};
-use systems::vehicles::types::Driver;
-use systems::vehicles::{Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId};
+use super::*;
 
 const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
 

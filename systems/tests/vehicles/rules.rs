@@ -1,18 +1,9 @@
 //! Behaviour of drivers and signals, against the rules.
 
-use bevy_ecs::prelude::*;
-use glam::DVec3;
-use systems::Simulation;
-use systems::assets::MaterialId;
-use systems::ecs::clock::Clock;
-use systems::lights::Light;
-use systems::run::inputs::{Inputs, apply_queued};
+use super::*;
 use systems::run::standard_inputs::SetSignal;
 use systems::vehicles::lane_changes::SAFE_BRAKING;
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Aspect, HeldSignals, Signal, SignalHead, SignalLamp, Signals};
-use systems::vehicles::types::Driver;
-use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
+use systems::vehicles::signals::{HeldSignals, SignalHead, SignalLamp};
 
 #[test]
 fn signals_go_through_their_phases() {

@@ -1,18 +1,7 @@
 //! Busy roads: none overlaps, none passes a red light, and neither threads nor the order of tables show.
 
-use bevy_ecs::prelude::*;
-use glam::{DVec3, Vec2, Vec3};
-use proptest::prelude::*;
-use systems::Simulation;
-use systems::space::Transform;
-use systems::vehicles::forks::{Chooser, Fork};
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Aspect, Signal, Signals};
-use systems::vehicles::types::{Driver, Limits, Trailer};
-use systems::vehicles::{
-    Controls, Indicator, ManualControl, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType,
-    VehicleTypeId, VehicleTypes, steering,
-};
+use super::*;
+use systems::vehicles::types::Limits;
 
 /// Car, van, bus, truck with trailer, of that much variety.
 fn add_types(world: &mut World) -> Vec<VehicleTypeId> {

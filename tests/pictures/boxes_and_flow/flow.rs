@@ -3,7 +3,6 @@
 use super::studio::{K, SIZE, Studio};
 use crate::common::prelude::*;
 use glam::{DAffine3, DMat3};
-use proptest::test_runner::RngAlgorithm;
 use relief::sense::{Flow, flags};
 use systems::space::Interpolated;
 
@@ -162,7 +161,7 @@ fn what_jumps_has_neither_flow_nor_velocity_and_a_camera_that_does_sees_none() {
 /// Everything moves: against places taken from the world, depth and K.
 #[test]
 fn flow_of_random_scenes_is_that_of_rigid_bodies() {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     for _ in 0..20 {
         let Some(mut studio) = Studio::new() else { return };
         let mut number = || random.random::<f32>() * 2.0 - 1.0;

@@ -5,7 +5,7 @@ mod types;
 mod wheels;
 
 use crate::common::prelude::*;
-use crate::{Folder, common};
+use crate::common::{self, Folder};
 use base64::Engine;
 use relief::scene;
 use std::f32::consts::PI;
@@ -54,7 +54,7 @@ const TYPES: &str = r#"(types: {
 impl Folder {
     /// With the model of the cart.
     fn with_cart() -> Self {
-        let folder = Self::new();
+        let folder = Self::with_model();
         folder.file("cart.gltf", CART);
         folder
     }
@@ -65,8 +65,8 @@ impl Folder {
         (simulation, warnings.unwrap_or_else(|e| panic!("{e}")))
     }
 
-    fn problems_of(&self, name: &str, text: &str) -> Vec<String> {
-        self.problems_in(Simulation::new, name, text)
+    fn problems_of(&self, text: &str) -> Vec<String> {
+        self.problems_in(Simulation::new, "vehicles.ron", text)
     }
 }
 
