@@ -10,6 +10,7 @@ const SIZE: (u32, u32) = (96, 54);
 struct Scene {
     simulation: Simulation,
     camera: Entity,
+    light: Entity,
     meshes: Vec<MeshId>,
     materials: Vec<MaterialId>,
 }
@@ -30,17 +31,31 @@ impl Scene {
             material(Vec3::new(0.3, 0.4, 0.9), AlphaMode::Mask),
             material(Vec3::new(0.9, 0.9, 0.2), AlphaMode::Blend),
         ];
-        simulation.world.spawn(Light::directional(1.0));
+        let light = simulation.world.spawn(Light::directional(1.0)).id();
         let camera = simulation.world.spawn(Camera::default()).id();
-        Self { simulation, camera, meshes, materials }
+        Self { simulation, camera, light, meshes, materials }
     }
 
     fn spawn(&mut self, mesh: usize, material: usize, place: Transform) -> Entity {
         self.simulation.world.spawn((self.meshes[mesh], self.materials[material], place)).id()
     }
 
+    /// Puts the camera there, and runs the systems of a frame.
     fn look(&mut self, place: Transform) {
-        *self.simulation.world.get_mut::<Transform>(self.camera).expect("a place") = place;
+        self.simulation.world.entity_mut(self.camera).insert(place);
+        self.simulation.frame();
+    }
+
+    fn project(&mut self, projection: Projection) {
+        self.simulation.world.entity_mut(self.camera).insert(Camera { projection, ..Camera::default() });
+        self.simulation.frame();
+    }
+
+    /// An object of a mesh and material of its own.
+    fn add(&mut self, mesh: Mesh, material: Material, place: Transform) -> Entity {
+        let mut library = self.simulation.world.resource_mut::<Library>();
+        let object = (library.add_mesh(mesh), library.add_material(material), place);
+        self.simulation.world.spawn(object).id()
     }
 
     /// Draws the world as it is, without another frame of the systems.
@@ -48,6 +63,15 @@ impl Scene {
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
         self.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings)).expect("it fits");
         (renderer.draw_picture(), renderer.read_visible_counts())
+    }
+
+    fn draw(&mut self, renderer: &mut SingleView, occlusion: Occlusion) -> (image::RgbaImage, VisibleCounts) {
+        self.draw_with(renderer, with(occlusion))
+    }
+
+    /// The picture of a renderer that saw nothing before, of all objects.
+    fn draw_afresh(&mut self, gpu: &Gpu, settings: Settings) -> image::RgbaImage {
+        self.draw_with(&mut SingleView::new(gpu), Settings { occlusion: Occlusion::Off, ..settings }).0
     }
 }
 
@@ -97,13 +121,8 @@ fn the_picture_is_the_same_however_objects_are_culled() {
         scene.look(
             Transform::from_xyz(frame as f32 % 5.0 - 2.0, 0.5, if frame > 7 { 24.0 } else { 0.0 }).with_rotation(turn),
         );
-        if frame % 4 == 3 {
-            let camera =
-                Camera { projection: Projection::Orthographic { half_height: 6.0, aspect: None }, ..Camera::default() };
-            scene.simulation.world.entity_mut(scene.camera).insert(camera);
-        } else {
-            scene.simulation.world.entity_mut(scene.camera).insert(Camera::default());
-        }
+        let parallel = Projection::Orthographic { half_height: 6.0, aspect: None };
+        scene.project(if frame % 4 == 3 { parallel } else { Camera::default().projection });
         for &object in objects.iter().skip(frame).step_by(7) {
             *scene.simulation.world.get_mut::<Transform>(object).expect("a place") = random_place(&mut random, 20.0);
         }
@@ -139,10 +158,8 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
         scene.draw_with(&mut renderer, settings);
         // The lists of the first frame knew of no wall; the camera must move for others to be made.
         scene.look(Transform::from_xyz(0.01, 0.0, 0.0));
-        scene.simulation.frame();
         let (_, behind) = scene.draw_with(&mut renderer, settings);
         scene.look(Transform::from_xyz(0.02, 0.0, 0.0));
-        scene.simulation.frame();
         let (_, behind_still) = scene.draw_with(&mut renderer, settings);
         assert_eq!([behind_still.objects, behind.objects.min(402)], [2, behind.objects], "{samples} samples");
         scene.simulation.world.despawn(wall);
@@ -150,8 +167,7 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
         let (seen, drawn) = scene.draw_with(&mut renderer, settings);
         // The box in front hides what is 3.3 m aside at the most, six by six boxes, of which culling may keep some.
         assert!((365..=401).contains(&drawn.objects), "{}", drawn.objects);
-        let mut fresh = SingleView::new(renderer.gpu());
-        assert!(seen == scene.draw_with(&mut fresh, Settings { samples, ..with(Occlusion::Off) }).0);
+        assert!(seen == scene.draw_afresh(renderer.gpu(), settings));
     }
 }
 
@@ -205,24 +221,19 @@ fn objects_outside_the_view_are_not_drawn() {
         scene.spawn(1, 0, Transform::from_translation(direction * (3.0 + 0.2 * i as f32)));
     }
     scene.simulation.frame();
-    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 20);
+    assert_eq!(scene.draw(&mut renderer, Occlusion::Off).1.objects, 20);
     scene.look(Transform::default().looking_to(Vec3::X, Vec3::Y));
-    scene.simulation.frame();
-    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 20);
+    assert_eq!(scene.draw(&mut renderer, Occlusion::Off).1.objects, 20);
     // A sphere whose centre is outside and whose edge is inside: 1 m ahead the view ends 1.02 m beside its middle.
     let mut scene = Scene::new();
-    scene
-        .simulation
-        .world
-        .entity_mut(scene.camera)
-        .insert(Camera { projection: Projection::Perspective { fov_y: 1.0, aspect: None }, ..Camera::default() });
+    scene.project(Projection::Perspective { fov_y: 1.0, aspect: None });
     let edge = 0.5f32.tan() * SIZE.0 as f32 / SIZE.1 as f32;
     let object = scene.spawn(1, 0, Transform::from_xyz(edge * 5.0 + 0.4, 0.0, -5.0));
     scene.simulation.frame();
-    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 1);
+    assert_eq!(scene.draw(&mut renderer, Occlusion::Off).1.objects, 1);
     scene.simulation.world.get_mut::<Transform>(object).expect("a place").translation.x += 0.5;
     scene.simulation.frame();
-    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 0);
+    assert_eq!(scene.draw(&mut renderer, Occlusion::Off).1.objects, 0);
 }
 
 /// The sum of all differences between neighbours, along rows and columns.
@@ -251,7 +262,6 @@ fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
         let distance = 2.5f32.powi(step) + 1.0;
         let half_a_pixel = distance * (45f32.to_radians() / 2.0).tan() / SIZE.1 as f32;
         scene.look(Transform::from_xyz(half_a_pixel, half_a_pixel, distance - 2.0));
-        scene.simulation.frame();
         let (fine, all) = scene.draw_with(&mut renderer, off);
         let (coarse, some) = scene.draw_with(&mut renderer, on);
         assert_eq!((all.triangles, some.objects), (whole.triangles, 1));
@@ -266,8 +276,17 @@ fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
     assert!(triangles[0] * 2 <= whole.triangles && triangles[6] * 4 < triangles[0], "{triangles:?}");
     // Close by, nothing is left out.
     scene.look(Transform::from_xyz(0.0, 0.0, -1.45));
-    scene.simulation.frame();
     assert_eq!(scene.draw_with(&mut renderer, on).1, whole);
+}
+
+/// Takes a component away, or gives it.
+fn toggle<C: Component>(world: &mut World, entity: Entity, component: C) {
+    let mut entity = world.entity_mut(entity);
+    if entity.contains::<C>() {
+        entity.remove::<C>();
+    } else {
+        entity.insert(component);
+    }
 }
 
 #[test]
@@ -276,7 +295,7 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
     let mut random = random();
     let mut scene = Scene::new();
     let settings = |occlusion| Settings { samples: 1, ..with(occlusion) };
-    let mut lived = Headless { renderer: SingleView::new(&gpu), settings: settings(Occlusion::On) };
+    let mut lived = Headless { settings: settings(Occlusion::On), ..common::headless(&gpu) };
     let mut objects: Vec<(Entity, usize, usize)> = Vec::new();
     let mut anchor = None;
     scene.look(Transform::from_xyz(0.0, 14.0, 24.0).looking_at(Vec3::ZERO, Vec3::Y));
@@ -306,21 +325,11 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
                 3 => {
                     // Below another, away from it again, and that one moves.
                     let parent = *anchor.get_or_insert_with(|| world.spawn(Transform::default()).id());
-                    if world.get::<ChildOf>(*object).is_some() {
-                        world.entity_mut(*object).remove::<ChildOf>();
-                    } else {
-                        world.entity_mut(*object).insert(ChildOf(parent));
-                    }
+                    toggle(world, *object, ChildOf(parent));
                     world.get_mut::<Transform>(parent).expect("a place").translation.x = unit(&mut random);
                 }
-                4 => {
-                    // Out of sight, and back.
-                    if world.get::<Hidden>(*object).is_some() {
-                        world.entity_mut(*object).remove::<Hidden>();
-                    } else {
-                        world.entity_mut(*object).insert(Hidden);
-                    }
-                }
+                // Out of sight, and back.
+                4 => toggle(world, *object, Hidden),
                 _ => {
                     world.despawn(*object);
                     objects.swap_remove(index);
@@ -345,7 +354,7 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
                 fresh.simulation.world.entity_mut(copy).insert(ChildOf(parent));
             }
         }
-        let mut renderer = Headless { renderer: SingleView::new(&gpu), settings: settings(Occlusion::Off) };
+        let mut renderer = Headless { settings: settings(Occlusion::Off), ..common::headless(&gpu) };
         let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
         let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
         // Where surfaces cross, the one drawn first stays if depths are equal to the bit, and the order has a history.
@@ -368,7 +377,7 @@ fn dust(origin: Vec3, mesh_origin: Vec3, count: usize, alpha: AlphaMode) -> Scen
         *mesh = library.add_mesh(moved);
     }
     let white = Material { base_factor: Vec4::ONE, alpha, ..Material::new(Shading::Unlit) };
-    scene.materials = vec![scene.simulation.world.resource_mut::<Library>().add_material(white)];
+    scene.materials = vec![library.add_material(white)];
     for i in 0..count {
         // As many at every scale of distance.
         let distance = 3.0 * 100f32.powf(random.random::<f32>());
@@ -379,7 +388,6 @@ fn dust(origin: Vec3, mesh_origin: Vec3, count: usize, alpha: AlphaMode) -> Scen
         scene.spawn(i % 3, 0, place);
     }
     scene.look(Transform::from_translation(origin));
-    scene.simulation.frame();
     scene
 }
 
@@ -396,9 +404,7 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
             Projection::Orthographic { half_height: 15.0, aspect: None },
         ] {
             for scene in [&mut opaque, &mut whole] {
-                let camera = Camera { projection, ..Camera::default() };
-                scene.simulation.world.entity_mut(scene.camera).insert(camera);
-                scene.simulation.frame();
+                scene.project(projection);
             }
             for (samples, occlusion) in
                 [(1, Occlusion::Off), (4, Occlusion::Off), (1, Occlusion::On), (4, Occlusion::On)]
@@ -448,14 +454,9 @@ fn what_only_the_rectangle_around_it_covers_is_not_drawn() {
     let just_beyond = 0.1 - 0.01 - renderer.gpu().vertex_rounding() * std::f32::consts::FRAC_1_SQRT_2;
     let mut scene = Scene::new();
     // One unit is one pixel; (0, 0) is where four meet.
-    let camera = Camera {
-        projection: Projection::Orthographic { half_height: SIZE.1 as f32 / 2.0, aspect: None },
-        ..Camera::default()
-    };
-    scene.simulation.world.entity_mut(scene.camera).insert(camera);
+    scene.project(Projection::Orthographic { half_height: SIZE.1 as f32 / 2.0, aspect: None });
     let white = Material { base_factor: Vec4::ONE, ..Material::new(Shading::Unlit) };
-    let white = scene.simulation.world.resource_mut::<Library>().add_material(white);
-    let bar = scene.simulation.world.spawn((scene.meshes[0], white, Transform::default())).id();
+    let bar = scene.add(shapes::cube(Vec3::ONE), white, Transform::default());
     let mut draw = |degrees: f32, aside: f32, settings: Settings| {
         let turn = Quat::from_rotation_z(degrees.to_radians());
         *scene.simulation.world.get_mut::<Transform>(bar).expect("lives") =
@@ -497,8 +498,7 @@ fn near_objects_are_drawn_before_far_ones() {
     scene.simulation.frame();
     for turn in [0.0, 0.4] {
         scene.look(Transform::from_xyz(0.3, 0.0, 0.0).with_rotation(Quat::from_rotation_y(turn)));
-        scene.simulation.frame();
-        let (_, drawn) = scene.draw_with(&mut renderer, with(Occlusion::Off));
+        let (_, drawn) = scene.draw(&mut renderer, Occlusion::Off);
         let slots = renderer.read_visible_slots();
         assert_eq!(slots.len() as u32, drawn.objects);
         assert!(slots.len() > 500, "{}", slots.len());
@@ -539,14 +539,12 @@ fn a_still_view_keeps_what_rounding_puts_before_its_own_bounds() {
         let turn = Quat::from_rotation_y(unit(&mut random) * 3.0);
         let origin = Vec3::new(unit(&mut random), 0.3, unit(&mut random)) * [400.0, 1_000.0, 9_000.0][i % 3];
         let distance = [1.0, 3.0][i / 3 % 2];
-        let wall =
-            scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::plane(Vec2::splat(8.0), UVec2::ONE));
+        let wall = shapes::plane(Vec2::splat(8.0), UVec2::ONE);
         let up = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
         let place = Transform::from_translation(origin + turn * Vec3::NEG_Z * distance).with_rotation(turn * up);
-        scene.simulation.world.spawn((wall, scene.materials[0], place));
+        scene.add(wall, Material::default(), place);
         let elsewhere = scene.spawn(0, 1, Transform::from_translation(origin + turn * Vec3::Z * 50.0));
         scene.look(Transform::from_translation(origin).with_rotation(turn));
-        scene.simulation.frame();
         let (expected, _) = scene.draw_with(&mut fresh, with(Occlusion::Off));
         // Something changes after the first or the second frame, so that the view is culled four or five times.
         for frame in 0..6 {
@@ -554,9 +552,21 @@ fn a_still_view_keeps_what_rounding_puts_before_its_own_bounds() {
                 scene.simulation.world.get_mut::<Transform>(elsewhere).expect("a place").translation.y += 1.0;
                 scene.simulation.frame();
             }
-            let (picture, _) = scene.draw_with(&mut renderer, with(Occlusion::On));
+            let (picture, _) = scene.draw(&mut renderer, Occlusion::On);
             assert!(picture == expected, "{i}, frame {frame}: {origin} {turn}, {distance} m");
         }
+    }
+}
+
+impl Scene {
+    /// A plate 5 m before the camera whose surface lies as deep below its mesh as the material says; its front is
+    /// toward the camera, or away from it.
+    fn add_sunk_plate(&mut self, size: f32, material: Material, toward: f32) {
+        let low = Image::rgba8("low", 8, 8, ImageKind::Data, vec![0; 256]);
+        let height_map = Some(Map::new(self.simulation.world.resource_mut::<Library>().add_image(low)));
+        let turn = Quat::from_rotation_x(toward * std::f32::consts::FRAC_PI_2);
+        let plate = shapes::plane(Vec2::splat(size), UVec2::ONE);
+        self.add(plate, Material { height_map, ..material }, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(turn));
     }
 }
 
@@ -565,13 +575,7 @@ fn a_still_view_shows_what_another_technique_uncovers() {
     let Some(mut renderer) = renderer() else { return };
     let mut scene = Scene::new();
     // A plate whose surface lies far below the mesh, and a box in that hollow.
-    let mut library = scene.simulation.world.resource_mut::<Library>();
-    let low = library.add_image(Image::rgba8("low", 8, 8, ImageKind::Data, vec![0; 256]));
-    let hollow = Material { height_map: Some(Map::new(low)), height_scale_uv: 0.5, ..Material::default() };
-    let hollow = library.add_material(hollow);
-    let plate = library.add_mesh(shapes::plane(Vec2::splat(8.0), UVec2::ONE));
-    let up = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
-    scene.simulation.world.spawn((plate, hollow, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(up)));
+    scene.add_sunk_plate(8.0, Material { height_scale_uv: 0.5, ..Material::default() }, 1.0);
     scene.spawn(0, 0, Transform::from_xyz(0.0, 0.0, -6.5));
     scene.simulation.frame();
     let technique = |technique, occlusion| Settings { technique: Some(technique), ..with(occlusion) };
@@ -582,8 +586,7 @@ fn a_still_view_shows_what_another_technique_uncovers() {
     assert_eq!(drawn.objects, 1, "the plate hides the box");
     let (picture, drawn) = scene.draw_with(&mut renderer, technique(Technique::ZCorrect, Occlusion::On));
     assert_eq!(drawn.objects, 2);
-    let mut fresh = SingleView::new(renderer.gpu());
-    assert!(picture == scene.draw_with(&mut fresh, technique(Technique::ZCorrect, Occlusion::Off)).0);
+    assert!(picture == scene.draw_afresh(renderer.gpu(), technique(Technique::ZCorrect, Occlusion::Off)));
 }
 
 #[test]
@@ -591,27 +594,16 @@ fn what_is_sunk_stands_out_from_behind() {
     let Some(mut renderer) = renderer() else { return };
     let mut scene = Scene::new();
     // Seen from behind, this surface lies half a metre nearer than its mesh, before the plate between them.
-    let mut library = scene.simulation.world.resource_mut::<Library>();
-    let low = library.add_image(Image::rgba8("low", 8, 8, ImageKind::Data, vec![0; 256]));
-    let sunk = Material {
-        height_map: Some(Map::new(low)),
-        height_scale_uv: 0.2,
-        double_sided: true,
-        technique: Technique::ZCorrect,
-        ..Material::default()
-    };
-    let sunk = library.add_material(sunk);
-    let plate = library.add_mesh(shapes::plane(Vec2::splat(3.0), UVec2::ONE));
-    let turn = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
-    scene.simulation.world.spawn((plate, sunk, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(turn)));
+    let technique = Technique::ZCorrect;
+    let sunk = Material { height_scale_uv: 0.2, double_sided: true, technique, ..Material::default() };
+    scene.add_sunk_plate(3.0, sunk, -1.0);
     scene.spawn(0, 0, Transform::from_xyz(0.0, 0.0, -4.8).with_scale(Vec3::new(20.0, 20.0, 0.1)));
     scene.simulation.frame();
-    let mut fresh = SingleView::new(renderer.gpu());
-    let (expected, _) = scene.draw_with(&mut fresh, with(Occlusion::Off));
+    let expected = scene.draw_afresh(renderer.gpu(), with(Occlusion::Off));
     let center = expected.get_pixel(SIZE.0 / 2, SIZE.1 / 2);
     assert!(center.0[0].abs_diff(center.0[1]) < 9, "the white surface is seen, not the red plate: {center:?}");
     for frame in 0..5 {
-        assert!(scene.draw_with(&mut renderer, with(Occlusion::On)).0 == expected, "frame {frame}");
+        assert!(scene.draw(&mut renderer, Occlusion::On).0 == expected, "frame {frame}");
     }
 }
 
@@ -620,9 +612,7 @@ fn what_is_sunk_stands_out_from_behind() {
 fn building(random: &mut TestRng) -> (Scene, Cells) {
     let mut scene = Scene::new();
     // Of which cells keep some out.
-    let lights: Vec<Entity> =
-        scene.simulation.world.query_filtered::<Entity, With<Light>>().iter(&scene.simulation.world).collect();
-    lights.into_iter().for_each(|light| _ = scene.simulation.world.despawn(light));
+    scene.simulation.world.despawn(scene.light);
     let (columns, rows) = (2 + (unit(random) * 3.0) as u32, 1 + (unit(random) * 3.0) as u32);
     let number = |column: u32, row: u32| row * columns + column + 1;
     let (mut cells, mut openings) = (Vec::new(), Vec::new());
@@ -740,11 +730,11 @@ fn rooms_look_the_same_if_only_what_windows_show_is_drawn() {
             scene.look(Transform::from_translation(at).with_rotation(turn));
             scene.simulation.world.insert_resource(Cells::default());
             scene.simulation.frame();
-            let (expected, all) = scene.draw_with(&mut renderer, with(Occlusion::Off));
+            let (expected, all) = scene.draw(&mut renderer, Occlusion::Off);
             scene.simulation.world.insert_resource(cells.clone());
             scene.simulation.frame();
             for occlusion in [Occlusion::Off, Occlusion::On] {
-                let (found, few) = scene.draw_with(&mut renderer, with(occlusion));
+                let (found, few) = scene.draw(&mut renderer, occlusion);
                 let differing = found.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
                 assert!(differing <= allowed, "from {at}: {differing} pixels");
                 if occlusion == Occlusion::Off {

@@ -26,8 +26,7 @@ fn world(then: &[u16]) -> Simulation {
 fn world_of(plans: Vec<RoutePlan>, green: Vec<f32>) -> Simulation {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Routes::new(plans, false, 3));
-    let signal = Signal { name: "s".into(), green, amber: 3.0, red: 1.0, offset: 0.0 };
-    simulation.world.insert_resource(Signals::new(vec![signal]));
+    simulation.world.insert_resource(Signals::new(vec![signal(&green)]));
     simulation
 }
 
@@ -52,14 +51,11 @@ fn plans(then: &[u16]) -> Vec<RoutePlan> {
 }
 
 fn drive(simulation: &mut Simulation, number: u32, route: u16, at: f32, speed: f32) -> Entity {
-    let on = OnRoute::new(RouteId(route), 0, at);
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), on)).id();
-    simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
-    entity
+    super::drive(simulation, (CAR, VehicleNumber(number), OnRoute::new(RouteId(route), 0, at)), speed)
 }
 
 fn park(simulation: &mut Simulation, number: u32, at: Transform) -> Entity {
-    simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), at)).id()
+    simulation.world.spawn((CAR, VehicleNumber(number), at)).id()
 }
 
 fn steps(simulation: &mut Simulation, seconds: usize) {

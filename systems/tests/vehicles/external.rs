@@ -3,7 +3,7 @@
 use super::*;
 use glam::DQuat;
 use std::f64::consts::FRAC_PI_2;
-use systems::run::inputs::SavedInput;
+use systems::run::inputs::{Input, SavedInput};
 use systems::run::registry::{EntityRegistry, StateId, register_all};
 use systems::run::standard_inputs::{Drive, MoveVehicle, ReleaseVehicle, SetManualControl, SetTransform};
 use systems::run::state::StateList;
@@ -14,9 +14,6 @@ use systems::space::{GRAVITY, Interpolated};
 use systems::vehicles::external::STALE;
 use systems::vehicles::traffic::Traffic;
 use systems::vehicles::{MotionSource, StampedMotion};
-
-const STEP: f64 = 1.0 / 60.0;
-const CAR: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
 
 /// A world with a vehicle that poses are given for.
 struct Led {
@@ -42,7 +39,7 @@ impl Led {
     }
 
     fn give(&mut self, motion: StampedMotion) {
-        self.simulation.world.resource_mut::<Inputs>().push(MoveVehicle { vehicle: self.id, motion });
+        self.push(MoveVehicle { vehicle: self.id, motion });
         apply_queued(&mut self.simulation.world);
     }
 
@@ -58,7 +55,12 @@ impl Led {
     }
 
     fn get<T: Component + Clone>(&self) -> T {
-        self.simulation.world.get::<T>(self.car).expect("a component").clone()
+        state(&self.simulation, self.car)
+    }
+
+    /// An input of the next step.
+    fn push(&mut self, input: impl Input) {
+        self.simulation.world.resource_mut::<Inputs>().push(input);
     }
 
     fn motion(&self) -> Motion {
@@ -100,6 +102,11 @@ fn along(yaw: f64, way: f64, speed: f64) -> StampedMotion {
     let forward = DVec3::new(yaw.sin(), 0.0, yaw.cos());
     let start = DVec3::new(100.0, 0.0, 50.0);
     StampedMotion { place: start + forward * way, yaw, velocity: forward * speed, ..StampedMotion::default() }
+}
+
+/// Along a line, at 10 m/s.
+fn steady(seconds: f64) -> StampedMotion {
+    along(0.0, 10.0 * seconds, 10.0)
 }
 
 #[test]
@@ -196,7 +203,7 @@ fn braking_lights_its_lamps_and_ends_where_it_is_given_without_a_jump() {
 fn in_reverse_and_with_an_indicator_it_shows_so() {
     let mut led = Led::new();
     let controls = Controls { indicator: Indicator::Left, ..Controls::default() };
-    led.simulation.world.resource_mut::<Inputs>().push(Drive { vehicle: led.id, controls });
+    led.push(Drive { vehicle: led.id, controls });
     let mut lit = [0; 3];
     let back = |seconds: f64| along(0.0, -2.0 * seconds, -2.0);
     led.run(6, 60, &back, |led| {
@@ -241,55 +248,52 @@ fn what_could_not_have_got_there_has_jumped() {
         assert!(led.motion().place.distance(way(1.5).place) < 1e-9);
     }
     // Put there by something else, it goes on from there, until a pose has it back.
-    let way = |seconds: f64| along(0.0, 10.0 * seconds, 10.0);
     let mut led = Led::new();
-    led.run(6, 60, &way, |_| {});
+    led.run(6, 60, &steady, |_| {});
     let transform = Transform::from_xyz(0.0, 0.0, 500.0).with_rotation(Quat::from_rotation_y(FRAC_PI_2 as f32));
-    led.simulation.world.resource_mut::<Inputs>().push(SetTransform { entity: led.id, transform });
-    (0..2).for_each(|_| led.simulation.step());
+    led.push(SetTransform { entity: led.id, transform });
+    steps(&mut led.simulation, 2);
     // Headings of quaternions of 32 bits.
     assert!(led.motion().place.distance(DVec3::new(20.0 * STEP, 0.0, 500.0)) < 1e-6, "{:?}", led.motion());
-    led.run(6, 6, &way, |_| {});
-    assert!(led.motion().place.distance(way(led.seconds()).place) < 1e-9 && led.jumps() == 3);
+    led.run(6, 6, &steady, |_| {});
+    assert!(led.motion().place.distance(steady(led.seconds()).place) < 1e-9 && led.jumps() == 3);
 }
 
 #[test]
 fn a_source_that_falls_silent_is_told_and_its_vehicle_brakes_to_a_standstill() {
     let mut led = Led::new();
-    let way = |seconds: f64| along(0.0, 10.0 * seconds, 10.0);
-    led.run(1000, 1, &way, |_| {});
+    led.run(1000, 1, &steady, |_| {});
     let stale = |led: &Led| led.simulation.world.resource::<Traffic>().stale.clone();
     while led.seconds() < STALE - 1.5 * STEP {
         led.simulation.step();
     }
     assert_eq!((stale(&led), led.is_lit(LampKind::Brake)), (vec![], false));
-    (0..600).for_each(|_| led.simulation.step());
+    steps(&mut led.simulation, 600);
     assert_eq!(stale(&led), [led.car], "told once");
     assert_eq!(led.motion().speed, 0.0);
     // v·STALE + v²/2b. When it became stale is known to a step, in which the last one stops: 10 m/s · 2/60 s.
     let braking = f64::from(Driver::default().braking);
     let expected = 10.0 * STALE + 100.0 / (2.0 * braking);
-    let driven = led.motion().place.z - way(0.0).place.z;
+    let driven = led.motion().place.z - steady(0.0).place.z;
     assert!((driven - expected).abs() < 20.0 * STEP, "{driven} for {expected}");
     // When the source is back, it is where that has it.
-    led.run(6, 60, &way, |_| {});
-    assert!(led.motion().place.distance(way(led.seconds()).place) < 1e-9);
+    led.run(6, 60, &steady, |_| {});
+    assert!(led.motion().place.distance(steady(led.seconds()).place) < 1e-9);
     assert_eq!(stale(&led), [led.car]);
 }
 
 #[test]
 fn stamps_that_are_no_newer_or_of_another_time_change_nothing() {
     let mut led = Led::new();
-    let way = |seconds: f64| along(0.0, 10.0 * seconds, 10.0);
-    led.run(6, 180, &way, |_| {});
+    led.run(6, 180, &steady, |_| {});
     let before = hash(&mut led.simulation.world);
     let last = led.seconds() - 0.1;
     for stamp in [last, last - 0.5, led.seconds() + STALE + 0.01, -1.0] {
-        led.give(StampedMotion { stamp, ..way(0.0) });
+        led.give(StampedMotion { stamp, ..steady(0.0) });
         assert_eq!(hash(&mut led.simulation.world), before, "{stamp}");
     }
     // Numbers that are none, or too large.
-    let sound = StampedMotion { stamp: led.seconds(), ..way(3.0) };
+    let sound = StampedMotion { stamp: led.seconds(), ..steady(3.0) };
     for motion in [
         StampedMotion { place: DVec3::X * f64::NAN, ..sound },
         StampedMotion { place: DVec3::X * 1e8, ..sound },
@@ -308,16 +312,15 @@ fn stamps_that_are_no_newer_or_of_another_time_change_nothing() {
 
 #[test]
 fn stamps_ahead_and_behind_the_clock_are_of_their_times() {
-    let way = |seconds: f64| along(0.0, 10.0 * seconds, 10.0);
     for late in [-0.3, 0.25] {
         let mut led = Led::new();
         for step in 0..60 {
             if step % 6 == 0 {
                 let stamp = led.seconds() - late;
-                led.give(StampedMotion { stamp, ..way(stamp) });
+                led.give(StampedMotion { stamp, ..steady(stamp) });
             }
             led.simulation.step();
-            assert!(led.motion().place.distance(way(led.seconds()).place) < 1e-9, "{late} after {step}");
+            assert!(led.motion().place.distance(steady(led.seconds()).place) < 1e-9, "{late} after {step}");
         }
     }
 }
@@ -357,13 +360,8 @@ fn it_stands_on_the_ground_or_as_it_is_given() {
 fn a_follower_keeps_its_gap_and_stops_behind_it() {
     let limit = 20.0;
     let points = vec![DVec3::new(100.0, 0.0, 0.0), DVec3::new(100.0, 0.0, 4000.0)];
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(
-        vec![RoutePlan { points, speed_limit: limit, ..RoutePlan::default() }],
-        false,
-        1,
-    ));
-    let follower = simulation.world.spawn((CAR, OnRoute::new(RouteId(0), 0, 10.0))).id();
+    let mut simulation = roads(vec![RoutePlan { points, speed_limit: limit, ..RoutePlan::default() }]);
+    let follower = simulation.world.spawn((CAR, on_road(10.0))).id();
     let mut led = Led::of(simulation, Transform::from_xyz(0.0, 0.0, -100.0));
     // 10 m/s for two minutes, then −2 m/s² for 5 s.
     let way = |seconds: f64| {
@@ -397,30 +395,27 @@ fn a_follower_keeps_its_gap_and_stops_behind_it() {
 
 #[test]
 fn what_moves_it_is_known_and_it_is_given_back() {
-    let points = vec![DVec3::ZERO, DVec3::Z * 2000.0];
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(vec![RoutePlan { points, ..RoutePlan::default() }], false, 1));
-    let mut led = Led::of(simulation, Transform::from_xyz(0.0, 0.0, 10.0));
+    let mut led = Led::of(roads(vec![straight(2000.0)]), Transform::from_xyz(0.0, 0.0, 10.0));
     let source = |led: &Led| MotionSource::of(&led.simulation.world, led.car);
     assert_eq!(source(&led), MotionSource::Manual);
-    led.simulation.world.entity_mut(led.car).insert(OnRoute::new(RouteId(0), 0, 10.0));
+    led.simulation.world.entity_mut(led.car).insert(on_road(10.0));
     assert_eq!(source(&led), MotionSource::Route);
     let way =
         |seconds: f64| StampedMotion { place: DVec3::new(0.0, 0.0, 300.0 + 8.0 * seconds), ..along(0.0, 0.0, 8.0) };
     led.run(6, 30, &way, |_| {});
     assert_eq!(source(&led), MotionSource::External);
-    let manual = |manual| SetManualControl { vehicle: led.id, manual };
-    led.simulation.world.resource_mut::<Inputs>().push(manual(true));
-    led.simulation.world.resource_mut::<Inputs>().push(manual(false));
+    for manual in [true, false] {
+        led.push(SetManualControl { vehicle: led.id, manual });
+    }
     led.simulation.step();
     assert_eq!(source(&led), MotionSource::External);
-    led.simulation.world.resource_mut::<Inputs>().push(ReleaseVehicle(led.id));
+    led.push(ReleaseVehicle(led.id));
     led.simulation.step();
     assert_eq!(source(&led), MotionSource::Route);
     let (on, motion) = (led.get::<OnRoute>(), led.motion());
     // It goes on from where it is; the route's numbers are of 32 bits in parts.
     assert!((on.at - motion.place.z).abs() < 1e-3 && motion.speed > 7.9, "{on:?} {motion:?}");
-    (0..120).for_each(|_| led.simulation.step());
+    steps(&mut led.simulation, 120);
     assert!(led.motion().place.z > 310.0 && led.jumps() == 1);
 }
 
@@ -440,7 +435,7 @@ fn a_physical_vehicle_is_no_body_meanwhile_and_bodies_are_pushed_by_it() {
     let length = f64::from(VehicleType::default().size.z);
     // Rapier lets them sink into each other by some millimetres.
     assert!(place.z > led.motion().place.z + length - 0.05, "{place}");
-    led.simulation.world.resource_mut::<Inputs>().push(ReleaseVehicle(led.id));
+    led.push(ReleaseVehicle(led.id));
     led.simulation.step();
     assert_eq!(bodies(&led), 2);
     assert!((led.motion().speed - 5.0).abs() < 0.5, "{:?}", led.motion());
@@ -448,25 +443,20 @@ fn a_physical_vehicle_is_no_body_meanwhile_and_bodies_are_pushed_by_it() {
 
 /// Vehicles from outside among others, physical and on a ring, spawned in an order of tables.
 fn busy(is_swapped: bool) -> Simulation {
-    let ring = (0..48).map(|i| f64::from(i) / 48.0 * std::f64::consts::TAU);
-    let points = ring.map(|angle| DVec3::new(angle.sin(), 0.0, angle.cos()) * 60.0).collect();
-    let mut simulation = Simulation::new();
-    let plan = RoutePlan { points, spline: true, closed: true, ..RoutePlan::default() };
-    simulation.world.insert_resource(Routes::new(vec![plan], false, 1));
+    let mut simulation = roads(vec![ring(60.0, 1)]);
     let world = &mut simulation.world;
     if is_swapped {
         // Other tables come first.
-        let others = [
-            world.spawn((CAR, OnRoute::new(RouteId(0), 0, 0.0), Physical::default())).id(),
-            world.spawn((CAR, OnRoute::new(RouteId(0), 0, 0.0))).id(),
-        ];
+        let others =
+            [world.spawn((CAR, on_road(0.0), Physical::default())).id(), world.spawn((CAR, on_road(0.0))).id()];
         others.into_iter().for_each(|vehicle| _ = world.despawn(vehicle));
         world.insert_resource(systems::vehicles::NextVehicleNumber(0));
     }
     for i in 0..6 {
-        let physical = (i % 3 == 1).then(Physical::default);
-        let vehicle = world.spawn((CAR, OnRoute::new(RouteId(0), 0, f64::from(i) * 50.0))).id();
-        physical.into_iter().for_each(|physical| _ = world.entity_mut(vehicle).insert(physical));
+        let mut vehicle = world.spawn((CAR, on_road(f64::from(i) * 50.0)));
+        if i % 3 == 1 {
+            vehicle.insert(Physical::default());
+        }
     }
     register_all(world);
     simulation
@@ -539,7 +529,7 @@ fn files_without_such_vehicles_are_as_they_were_before_there_were_any() {
     let before = snapshot::save(&mut led.simulation.world);
     assert!(!has_it(&before));
     assert!(!StateList::standard().names().any(|name| name == "external"));
-    led.run(6, 6, &|seconds| along(0.0, 10.0 * seconds, 10.0), |_| {});
+    led.run(6, 6, &steady, |_| {});
     let led_on = snapshot::save(&mut led.simulation.world);
     assert!(has_it(&led_on));
     let list = StateList::standard();
@@ -581,7 +571,7 @@ fn coming_down_to_the_ground_is_a_jump_by_a_pose_and_by_release() {
         if lands {
             led.run(6, 1, &ground, |_| {});
         } else {
-            led.simulation.world.resource_mut::<Inputs>().push(ReleaseVehicle(led.id));
+            led.push(ReleaseVehicle(led.id));
             apply_queued(&mut led.simulation.world);
             led.simulation.step();
         }
@@ -611,9 +601,7 @@ fn stamps_next_to_each_other_make_no_infinity() {
     for (stamp, yaw_rate) in [(0.0, 0.0), (f64::from_bits(1), 1.0)] {
         led.give(StampedMotion { stamp, yaw_rate, ..along(0.0, 0.0, 3.0) });
     }
-    for _ in 0..10 {
-        led.simulation.step();
-    }
+    steps(&mut led.simulation, 10);
     assert!(led.motion().yaw.is_finite() && led.motion().speed > 2.0, "{:?}", led.motion());
     let saved = snapshot::save(&mut led.simulation.world);
     snapshot::restore(&mut led.simulation.world, &saved).expect("a state that can be kept");
@@ -623,7 +611,7 @@ fn stamps_next_to_each_other_make_no_infinity() {
 fn pedals_of_before_light_no_brake_lamps() {
     let mut led = Led::new();
     let controls = Controls { brake: 1.0, ..Controls::default() };
-    led.simulation.world.resource_mut::<Inputs>().push(Drive { vehicle: led.id, controls });
+    led.push(Drive { vehicle: led.id, controls });
     apply_queued(&mut led.simulation.world);
     led.run(6, 12, &|seconds| along(0.0, 5.0 * seconds, 5.0), |_| {});
     assert!(!led.is_lit(LampKind::Brake) && led.get::<Controls>().brake == 0.0);

@@ -130,7 +130,7 @@ fn one_line_spawns_a_vehicle_with_its_parts_and_despawning_it_takes_them_along()
 fn an_unknown_type_is_a_box_on_four_wheels() {
     let mut simulation = Simulation::new();
     let of_another_world = VehicleTypeId(900);
-    simulation.world.spawn(Vehicle::of(VehicleTypeId::STAND_IN));
+    simulation.world.spawn(CAR);
     simulation.world.spawn(Vehicle::of(of_another_world));
     let world = &mut simulation.world;
     assert_eq!(world.query::<(&MeshId, &ChildOf)>().iter(world).count(), 10);

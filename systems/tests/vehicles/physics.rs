@@ -21,11 +21,9 @@ const AIRLESS: Physical = Physical {
     rest_length: None,
 };
 
-const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
-
 fn spawn(simulation: &mut Simulation, physical: Physical, at: Transform, speed: f32) -> Entity {
     let motion = Motion { speed: speed.into(), ..Motion::default() };
-    simulation.world.spawn((STAND_IN, physical, at, motion)).id()
+    simulation.world.spawn((CAR, physical, at, motion)).id()
 }
 
 fn want(simulation: &mut Simulation, vehicle: Entity, acceleration: f32, steering: f32) {
@@ -51,11 +49,11 @@ fn simulation() -> Simulation {
 }
 
 fn motion(simulation: &Simulation, vehicle: Entity) -> Motion {
-    *simulation.world.get::<Motion>(vehicle).unwrap()
+    super::state(simulation, vehicle)
 }
 
 fn place(simulation: &Simulation, vehicle: Entity) -> Transform {
-    *simulation.world.get::<Transform>(vehicle).unwrap()
+    super::state(simulation, vehicle)
 }
 
 /// Settled on its springs, then as fast as that along +Z.
@@ -301,7 +299,7 @@ fn kinematic_vehicles_and_obstacles_stand_in_the_way() {
             let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::splat(2.0)));
             simulation.world.spawn((cube, Obstacle::Box, Transform::from_xyz(0.0, 1.0, 15.0)));
         } else {
-            simulation.world.spawn((STAND_IN, Transform::from_xyz(0.0, 0.0, 15.0)));
+            simulation.world.spawn((CAR, Transform::from_xyz(0.0, 0.0, 15.0)));
         }
         steps(&mut simulation, 180);
         let front = place(&simulation, vehicle).translation.z + VehicleType::default().front();
@@ -386,7 +384,7 @@ fn melee(order: &[u32]) -> Simulation {
         let angle = number as f32 * 0.7;
         let turned = Quat::from_rotation_y(angle + std::f32::consts::PI);
         let at = Transform::from_translation(Quat::from_rotation_y(angle) * Vec3::new(0.0, 0.5, 25.0 + number as f32));
-        let vehicle = (STAND_IN, VehicleNumber(number), Motion { speed: 8.0, ..Motion::default() });
+        let vehicle = (CAR, VehicleNumber(number), Motion { speed: 8.0, ..Motion::default() });
         let vehicle = simulation.world.spawn((vehicle, at.with_rotation(turned))).id();
         if number % 4 != 3 {
             simulation.world.entity_mut(vehicle).insert(Physical::default());
@@ -452,7 +450,7 @@ fn a_long_step_of_the_clock_is_done_in_several() {
 fn bodies_come_and_go_in_the_middle_of_a_run() {
     let mut simulation = simulation();
     let spawn = |simulation: &mut Simulation, x: f32, is_body: bool| {
-        let vehicle = (Vehicle::of(VehicleTypeId::STAND_IN), Transform::from_xyz(x, 0.3, 0.0));
+        let vehicle = (CAR, Transform::from_xyz(x, 0.3, 0.0));
         let mut entity = simulation.world.spawn(vehicle);
         if is_body {
             entity.insert(Physical::default());
@@ -474,19 +472,18 @@ fn bodies_come_and_go_in_the_middle_of_a_run() {
 }
 
 /// A straight level route of 600 m for 54 km/h, before whose end one waits.
-fn straight(simulation: &mut Simulation) {
-    let points = vec![DVec3::ZERO, DVec3::Z * 600.0];
+fn add_road(simulation: &mut Simulation) {
     let stop = Stop { at: 550.0, wait: Wait::Dwell(1e9), clear: 0.0 };
-    let plan = RoutePlan { points, speed_limit: 15.0, stops: vec![stop], ..RoutePlan::default() };
+    let plan = RoutePlan { speed_limit: 15.0, stops: vec![stop], ..straight(600.0) };
     simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
 }
 
 #[test]
 fn on_a_route_it_is_carried_by_its_forces_alone() {
     let (mut routed, mut free) = (simulation(), simulation());
-    straight(&mut routed);
+    add_road(&mut routed);
     let driven = rolling(&mut routed, AIRLESS, 10.0);
-    routed.world.entity_mut(driven).insert(OnRoute::new(RouteId(0), 0, 0.0));
+    routed.world.entity_mut(driven).insert(on_road(0.0));
     let other = rolling(&mut free, AIRLESS, 10.0);
     let (mut fastest, mut dive, mut rise) = (0.0f64, 0.0f32, 0.0f32);
     for step in 0..60 * 90 {
@@ -516,14 +513,14 @@ fn on_a_route_it_is_carried_by_its_forces_alone() {
 fn on_a_route_it_begins_on_the_ground() {
     for (height, slope) in [(0.8f32, 0.0f32), (-3.0, 0.0), (0.0, 0.3), (0.3, -0.15)] {
         let mut simulation = simulation();
-        straight(&mut simulation);
+        add_road(&mut simulation);
         let corners = [(-50.0, -50.0), (-50.0, 700.0), (50.0, 700.0), (50.0, -50.0)];
         let positions = corners.map(|(x, z)| Vec3::new(x, height + slope * z, z)).to_vec();
         let mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
         let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
         simulation.world.spawn((mesh, Ground));
         let vehicle = spawn(&mut simulation, AIRLESS, Transform::IDENTITY, 10.0);
-        simulation.world.entity_mut(vehicle).insert(OnRoute::new(RouteId(0), 0, 0.0));
+        simulation.world.entity_mut(vehicle).insert(on_road(0.0));
         for step in 0..90 {
             simulation.step();
             let at = place(&simulation, vehicle);
@@ -546,7 +543,7 @@ fn put_to_a_routes_beginning_it_goes_on_as_fast_the_way_that_begins_there() {
     let plan = RoutePlan { points, spline: true, speed_limit: 10.0, ..RoutePlan::default() };
     simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
     let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
-    simulation.world.entity_mut(vehicle).insert(OnRoute::new(RouteId(0), 0, 0.0));
+    simulation.world.entity_mut(vehicle).insert(on_road(0.0));
     let (mut jumps, mut before, mut speed) = (0, 0.0, 10.0);
     for _ in 0..60 * 25 {
         simulation.step();
@@ -576,7 +573,7 @@ fn ground_and_obstacles_follow_their_meshes() {
     let mesh = simulation.world.resource_mut::<Library>().add_mesh(plane(0.0));
     simulation.world.spawn((mesh, Ground));
     let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 0.2, 0.0), 0.0);
-    let kinematic = simulation.world.spawn((STAND_IN, Transform::from_xyz(15.0, 0.2, 0.0), Motion::default())).id();
+    let kinematic = simulation.world.spawn((CAR, Transform::from_xyz(15.0, 0.2, 0.0), Motion::default())).id();
     steps(&mut simulation, 240);
     let heights = |simulation: &Simulation| [vehicle, kinematic].map(|it| place(simulation, it).translation.y);
     let before = heights(&simulation);
