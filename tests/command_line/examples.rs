@@ -36,8 +36,7 @@ fn colors_of(picture: &image::RgbImage) -> usize {
 }
 
 fn pictures_of(example: &str, names: &[&str]) {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     if run(example, folder.path()).is_none() {
         return;
     }
@@ -104,8 +103,7 @@ fn own_format() {
 
 #[test]
 fn sensors() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let Some(said) = run("sensors", folder.path()) else { return };
     let steps: Vec<&str> = said.lines().filter_map(|line| line.split(':').next()).collect();
     assert_eq!(steps, ["step 6", "step 12", "step 18"], "{said}");

@@ -49,8 +49,7 @@ fn probe(film: &Path, fields: &str) -> Vec<String> {
 
 #[test]
 fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let without = |out: &str, name: &str| {
         let args = ["render", "scene.ron", "-o", out, "--frames", "3", "--size", "65x37", "--video", name];
         common::command(&args, folder.path()).env("PATH", "").output().expect("the binary runs")
@@ -171,8 +170,7 @@ fn a_film_lasts_as_long_as_its_steps() {
 
 #[test]
 fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     for name in ["taken.apng", "taken.mp4", "taken.gif"] {
         fs::create_dir(folder.path().join(name)).expect("a folder");
         assert_fails(&film(folder.path(), "3", name), 2, &[name, "is a directory; expected a file name"]);

@@ -1,7 +1,7 @@
 //! Devices that are lost, and adapters without memory: an error and no panic; another device draws the same; what was
 //! written stays, and a run goes on where it ended.
 
-use crate::common::{self, Folder, headless, prelude::*, text};
+use crate::common::{self, headless, prelude::*, text};
 use relief::frames::{self, FrameError, Stage};
 use relief::renderer::RenderError;
 use std::process::{Command, Output};
@@ -120,8 +120,7 @@ fn a_fault_outside_of_preparing_is_told() {
 
 #[test]
 fn rendering_ends_with_one_error_and_goes_on_when_resumed() {
-    let Some(_) = common::gpu() else { return };
-    let place = place();
+    let Some(place) = with_gpu(place) else { return };
     let render = |folder: &str, more: &[&str], checks| {
         let args = ["render", "scene.ron", "--frames", "6", "--size", "64x36", "-o", folder];
         place.losing_after(checks, &[&args, more].concat())

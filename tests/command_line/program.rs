@@ -80,8 +80,7 @@ fn the_same_frames_bit_for_bit_on_two_runs_and_with_any_number_of_threads() {
 /// Depth, normal and id have one sample per pixel, whatever the picture has; they lie in one pass with it or another.
 #[test]
 fn outputs_are_the_same_for_one_sample_and_for_four() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let render = |out: &str, samples: &str| {
         let args = ["render", "scene.ron", "-o", out, "--frames", "8..10", "--size", "96x54", "--samples", samples];
         succeeds(&[&args[..], &["--outputs", "color,id"]].concat(), folder.path());
@@ -98,8 +97,7 @@ fn outputs_are_the_same_for_one_sample_and_for_four() {
 
 #[test]
 fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let base = ["render", "scene.ron", "--frames", "4", "--size", "64x36", "-o"];
     for out in ["whole", "part"] {
         succeeds(&[&base[..], &[out]].concat(), folder.path());
@@ -123,8 +121,7 @@ fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
 
 #[test]
 fn cameras_lights_and_techniques_change_the_picture() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let picture = |args: &[&str]| {
         succeeds(&[&["render", "scene.ron", "-o", "out", "--size", "64x36"], args].concat(), folder.path());
         fs::read(folder.path().join("out/color_00000.png")).expect("a picture")
@@ -146,8 +143,7 @@ fn cameras_lights_and_techniques_change_the_picture() {
 
 #[test]
 fn no_display_renders_pictures_instead_and_says_so() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let output = succeeds(&["scene.ron", "--size", "64x36"], folder.path());
     assert!(text(&output.stderr).contains("no window"), "{}", text(&output.stderr));
     assert!(folder.path().join("relief-frames/color_00000.png").exists());
@@ -210,8 +206,7 @@ fn numbers_with_commas_are_refused_with_what_was_expected() {
 #[test]
 #[cfg(target_os = "linux")]
 fn devices_and_folders_of_the_system_are_written_to_or_refused_and_stay() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let run = |args: &[&str]| {
         let command = ["render", "scene.ron", "--size", "8x8"];
         relief(&[&command, args].concat(), folder.path())
@@ -257,16 +252,14 @@ fn bad_scenes_exit_with_2_and_name_file_line_and_column() {
 
 #[test]
 fn a_folder_that_is_a_file_is_one_clear_error() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     fs::write(folder.path().join("taken"), "a file").expect("a file");
     assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 2, &["taken: not a directory"]);
 }
 
 #[test]
 fn a_file_in_a_folder_that_is_not_there_is_refused_before_anything_is_drawn() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     succeeds(&["render", "scene.ron", "-o", "other"], folder.path());
     assert!(folder.path().join("other/color_00000.png").exists());
     for option in ["--hash=nowhere/f", "--record=nowhere/f", "--save-snapshot=nowhere/f", "--video=nowhere/f.gif"] {
@@ -323,8 +316,7 @@ fn no_adapter_exits_with_3_and_says_what_to_install() {
 fn headless_commands_ask_no_display() {
     use std::os::unix::net::UnixListener;
     use std::process::Stdio;
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     // Displays that would hear it: X11's display N listens at port 6000 + N, Wayland's at a file.
     let x11 = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let number = x11.local_addr().expect("bound").port() - 6000;
@@ -438,8 +430,7 @@ fn assert_reports(command: &str, needles: &[&str], pictures: &[String], folder: 
 
 #[test]
 fn lights_reports_errors_as_a_table_or_json_and_writes_pictures() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let needles = ["mean      p99     FLIP    seams", "\ndefault", "\nthree", "\nenough", "\nhard"];
     let policies = ["default", "enough", "hard", "three"].map(|name| [name.to_owned(), format!("{name}_error")]);
     let pictures = [vec!["all".to_owned()], policies.concat()].concat();
@@ -483,8 +474,7 @@ fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
 
 #[test]
 fn shadows_reports_errors_as_a_table_or_json_and_writes_pictures() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let needles = ["of 9216 samples", "\nunshadowed", "\nmaps ", "\nperfect"];
     let pictures = ["maps", "maps_error", "perfect", "perfect_error", "truth", "unshadowed", "unshadowed_error"];
     let json = assert_reports("shadows", &needles, &pictures.map(str::to_owned), folder.path());
@@ -504,8 +494,7 @@ fn shadows_with_bad_input_exits_with_2_and_writes_nothing() {
 
 #[test]
 fn textures_that_take_more_than_they_may_are_drawn_smaller_and_named() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let wall = image::RgbImage::from_fn(1024, 1024, |x, y| image::Rgb([(x / 4) as u8, (y / 4) as u8, 40]));
     wall.save(folder.path().join("wall.png")).expect("a texture");
     let scene = SCENE.replace("base_factor: (0.8, 0.1, 0.1)", "base_map: \"wall.png\"");

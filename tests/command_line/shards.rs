@@ -60,8 +60,7 @@ fn assert_same(found: &Path, expected: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn shards_of_sensors_are_together_what_one_process_writes() {
-    let Some(_) = common::gpu() else { return };
-    let home = scene_folder(SCENE);
+    let Some(home) = with_gpu(|| scene_folder(SCENE)) else { return };
     let folder = home.path();
     let has_ffmpeg = common::has_ffmpeg();
     let formats = if has_ffmpeg { "png,npy,npz,exr,mcap,coco,kitti,video" } else { "png,npy,npz,exr,mcap,coco,kitti" };
@@ -101,8 +100,7 @@ fn frames() -> (common::Folder, PathBuf) {
 
 #[test]
 fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_said() {
-    let Some(_) = common::gpu() else { return };
-    let (_home, folder) = frames();
+    let Some((_home, folder)) = with_gpu(frames) else { return };
     let folder = folder.as_path();
     let merge = |more: &[&str]| relief(&[&["merge", "job", "-o", "merged"], more].concat(), folder);
     let refused = |output: &Output, code, needles: &[&str]| {
@@ -153,8 +151,7 @@ fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_sa
 
 #[test]
 fn what_cannot_be_split_or_rendered_is_refused() {
-    let Some(_) = common::gpu() else { return };
-    let home = scene_folder(SCENE);
+    let Some(home) = with_gpu(|| scene_folder(SCENE)) else { return };
     let folder = home.path();
     let split = |more: &[&str]| {
         let args = ["split", "scene.ron", "-o", "job", "--frames", "4", "--size", "16x12"];

@@ -70,6 +70,14 @@ pub fn gpu() -> Option<Gpu> {
     }
 }
 
+/// Things of a test that draws; `None`, said aloud, where there is none.
+///
+/// # Panics
+/// In strict mode, where there is none.
+pub fn with_gpu<T>(make: impl FnOnce() -> T) -> Option<T> {
+    gpu().map(|_| make())
+}
+
 /// No light but that of lamps and suns, and pictures that are what their linear colours are.
 pub fn dark() -> Environment {
     let [ambient, zenith, horizon, ground] = [Vec3::ZERO; 4];

@@ -2,7 +2,7 @@
 
 #![allow(unused_imports, reason = "each program uses some")]
 
-pub use super::{assert_has, asset, cases, only, random};
+pub use super::{Folder, assert_has, asset, cases, only, random, with_gpu};
 pub use bevy_ecs::name::Name;
 pub use glam::{Affine3A, DVec2, DVec3, EulerRot};
 pub use proptest::prelude::RngExt;

@@ -1,7 +1,7 @@
 //! The files that models name, and several models at once.
 
 use crate::common::prelude::*;
-use crate::support::{buffer, floats};
+use crate::support::*;
 use relief::import::{ImportError, Model, load_models};
 
 #[test]

@@ -1,7 +1,7 @@
 //! Image files.
 
 use crate::common::{self, prelude::*};
-use crate::support::files_below;
+use crate::support::*;
 use relief::import::{ImportError, load_image, load_images};
 use systems::assets::Texels;
 

@@ -1,7 +1,7 @@
 //! Models of others, against what is known of them.
 
 use crate::common::{self, prelude::*};
-use crate::support::{files_below, first_mesh, load, material, node};
+use crate::support::*;
 use std::f32::consts::PI;
 use systems::assets::{Filter, MipFilter, Wrap};
 

@@ -337,8 +337,7 @@ fn a_model_as_a_scene_comes_in_pieces_where_it_has_many_lights() {
 
 #[test]
 fn ids_and_their_names_are_the_objects() {
-    let Some(_) = common::gpu() else { return };
-    let folder = folder();
+    let Some(folder) = with_gpu(folder) else { return };
     let text = format!(
         r#"(meshes: {{ "floor": plane(size: (20, 20)) }},
             entities: [

@@ -51,7 +51,7 @@ const NAMES: &str = r##"
     → 1:60: meshes["m"].casts_no_shadow[0]: unknown material "glas"; expected one of "glTF default"
 "##;
 
-/// What loading warns of.
+/// Warnings of loading.
 const WARNINGS: &str = r##"
     (entities: [(name: "lamp", light: point(shadows: true))])
     → warning: lamp casts shadows and has no range: whatever is in the scene is drawn for its shadows; set `range`

@@ -20,7 +20,7 @@ mod values;
 mod vehicles;
 mod worlds;
 
-use crate::common::{Folder, prelude::*};
+use crate::common::prelude::*;
 use proptest::prelude::*;
 use relief::scene::{self, LoadedScene};
 use systems::assets::{MeshVariants, Wrap};

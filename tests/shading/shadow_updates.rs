@@ -192,8 +192,7 @@ fn the_past_does_not_matter() {
 /// Two lamps as important as each other, and one map: in 0.3 mm of the eye's way the map goes from one to the other.
 #[test]
 fn nobody_sees_a_layer_given_away() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let mut scene = Floor::new();
     scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
     let mut lit = Vec::new();

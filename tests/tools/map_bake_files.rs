@@ -205,8 +205,7 @@ fn a_bake_by_brute_force_in_python_agrees() {
 
 #[test]
 fn the_picture_shows_the_maps_on_the_right() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     write(folder.path(), "low.glb", &[(&models::coarse_torus(), ONE)]);
     write(folder.path(), "high.glb", &[(&models::fine_torus(384, 192), ONE)]);
     let args = ["bake", "low.glb", "high.glb", "-o", "out", "--size", "512", "--cage", "0.15", "--preview", "look.png"];

@@ -4,7 +4,7 @@
 mod own;
 mod program;
 
-use crate::common::{self, Folder, prelude::*, text};
+use crate::common::{self, prelude::*, text};
 use proptest::prelude::*;
 use relief::frames::{self, Stage};
 use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles, Stepper};

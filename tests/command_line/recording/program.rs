@@ -4,8 +4,7 @@ use super::*;
 
 #[test]
 fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
-    let Some(_) = common::gpu() else { return };
-    let place = place();
+    let Some(place) = with_gpu(place) else { return };
     let size = ["--size", "48x27", "--no-cache"];
     let run = |args: &[&str]| text(&place.succeeds(&[args, &size].concat()).stderr);
     run(&["render", "scene.ron", "-o", "a", "--frames", "120..123", "--record", "a.rec", "--hash", "a.txt"]);
@@ -37,8 +36,7 @@ fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
 
 #[test]
 fn a_thousand_steps_hash_the_same_for_any_number_of_threads() {
-    let Some(_) = common::gpu() else { return };
-    let place = place();
+    let Some(place) = with_gpu(place) else { return };
     let hashes = |threads: &str| {
         let args = ["render", "scene.ron", "-o", "o", "--frames", "1000..1001", "--size", "8x8", "--no-cache"];
         place.succeeds(&[&args[..], &["--hash", "h.txt", "--threads", threads]].concat());
@@ -134,8 +132,7 @@ fn nothing_that_a_run_reads_is_overwritten() {
 
 #[test]
 fn what_a_run_begins_from_stays_as_it_is() {
-    let Some(_) = common::gpu() else { return };
-    let place = place();
+    let Some(place) = with_gpu(place) else { return };
     let size = ["--size", "8x8"];
     let files = ["--frames", "4", "--record", "a.rec", "--save-snapshot", "a.snap"];
     place.succeeds(&[&["render", "scene.ron", "-o", "o"], &size[..], &files].concat());

@@ -4,8 +4,8 @@ mod lamps;
 mod types;
 mod wheels;
 
+use crate::common;
 use crate::common::prelude::*;
-use crate::common::{self, Folder};
 use base64::Engine;
 use relief::scene;
 use std::f32::consts::PI;
