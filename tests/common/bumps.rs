@@ -72,7 +72,7 @@ impl Stage {
         (shapes::plane(size, UVec2::ONE), Transform::from_rotation(glam::Quat::from_rotation_x(FRAC_PI_2)))
     }
 
-    fn add(&mut self, image: Image) -> Option<Map> {
+    pub fn add(&mut self, image: Image) -> Option<Map> {
         Some(Map::new(self.simulation.world.resource_mut::<Library>().add_image(image)))
     }
 

@@ -3,6 +3,7 @@
 #![allow(dead_code)]
 
 use prelude::*;
+use relief::renderer::ViewTarget;
 
 /// True if what is missing fails a test rather than skipping it.
 pub fn strict() -> bool {
@@ -155,6 +156,14 @@ pub fn random() -> TestRng {
 /// A file or folder of those that come with the project.
 pub fn asset(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(path)
+}
+
+/// Draws views in one submission, after they were prepared.
+pub fn encode(renderer: &mut Renderer, views: &mut [ViewTarget<'_>]) {
+    let gpu = renderer.gpu().clone();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    renderer.encode(&mut encoder, views);
+    gpu.queue.submit([encoder.finish()]);
 }
 
 /// Draws with default settings.

@@ -47,12 +47,9 @@ fn the_picture_is_the_same_kilometres_away() {
 
 /// A scene file with that text, drawn as it is when it was loaded and after some steps.
 fn drawn(text: &str) -> Option<[image::RgbaImage; 2]> {
-    common::gpu()?;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.ron");
-    std::fs::write(&path, text).expect("written");
+    let folder = with_gpu(|| common::scene_folder(text))?;
     let options = LoadOptions { cache: false, ..LoadOptions::default() };
-    let mut stage = frames::load_stage(&path, None, &options).expect("a scene");
+    let mut stage = frames::load_stage(&folder.at("scene.ron"), None, &options).expect("a scene");
     let mut headless = Headless::new().expect("an adapter");
     let mut draw = |stage: &mut frames::Stage| {
         headless.draw(&mut stage.simulation, stage.viewpoint, (160, 90)).expect("a picture")

@@ -64,6 +64,8 @@ const FAULTS: &str = r##"
     [(rig: "b.rig.ron")] → a.rig.ron:1:8: [0].rig: not allowed within a rig
     [(children: [(rig: "b.rig.ron")])] → a.rig.ron:1:20: [0].children[0].rig: not allowed within a rig
     [(camera: ())] → a.rig.ron:1:11: [0].camera: not allowed within a rig
+    [(vehicle: (type: "car"))]
+    → a.rig.ron:1:13: [0].vehicle: not allowed within a rig: vehicles move by themselves
     [(mesh: "box")] → a.rig.ron:1:9: [0].mesh: unknown mesh "box"; none are defined
     [(class: "caar")] → a.rig.ron:1:10: [0].class: unknown class "caar"; did you mean "car"?
     (name: "x") → a.rig.ron:1:1: expected a list in brackets
@@ -82,12 +84,6 @@ fn faults_of_a_rig_are_told_once_with_its_own_place() {
     let missing = Folder::with_model().problems("(entities: [(rig: \"b.rig.ron\")])");
     assert_eq!(missing.len(), 1);
     assert!(missing[0].starts_with("1:19: entities[0].rig: b.rig.ron: "), "{missing:?}");
-}
-
-#[test]
-fn a_vehicle_is_not_mounted() {
-    let problems = problems_with("[(vehicle: (type: \"car\"))]");
-    assert!(problems[0].contains("[0].vehicle: not allowed within a rig: vehicles move by themselves"), "{problems:?}");
 }
 
 #[test]

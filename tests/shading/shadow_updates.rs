@@ -236,11 +236,8 @@ fn views_share_layers() {
     let [first, second] = &mut states;
     let mut views = [(&mut *first, plans[0].clone()), (&mut *second, plans[1].clone())];
     scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let views = [(first, &targets[0]), (second, &targets[1])];
-    let mut views = views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT));
-    renderer.encode(&mut encoder, &mut views);
-    gpu.queue.submit([encoder.finish()]);
+    common::encode(&mut renderer, &mut views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)));
     let shadows = renderer.stats().shadows;
     assert!((4..=5).contains(&shadows.layers) && shadows.passes == shadows.layers, "{shadows:?}");
     for (texture, plan) in textures.iter().zip(plans) {
@@ -277,9 +274,7 @@ fn views_that_take_turns_miss_nothing_that_moves() {
             let plan = ViewPlan { view, settings };
             let mut views = [(&mut *state, plan.clone())];
             drawn.scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            renderer.encode(&mut encoder, &mut [ViewTarget::new(state, &target, PICTURE_FORMAT)]);
-            gpu.queue.submit([encoder.finish()]);
+            common::encode(&mut renderer, &mut [ViewTarget::new(state, &target, PICTURE_FORMAT)]);
             let mut alone = SingleView::new(&gpu);
             let prepared = drawn.scene.simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings));
             prepared.expect("it fits");

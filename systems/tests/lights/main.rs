@@ -24,3 +24,11 @@ use systems::lights::{
     ScoredLight, SelectedLights, Selection, brute_force, irradiance, light_record, score,
 };
 use systems::space::{GlobalTransform, Sphere, Transform};
+
+/// Asserts that an object keeps what the plain search finds: three lights, and the words of its list.
+#[track_caller]
+fn assert_kept(lists: &LightLists, kept: &SelectedLights, expected: &Selection, further: &[u32]) {
+    assert_eq!(kept.unpack(lists), SelectedLights::pack(expected).unpack(&LightLists::default()));
+    let words = lists.of(kept).0.into_iter().map(|(slot, weight)| slot << 10 | (weight * 1023.0).round() as u32);
+    assert_eq!(words.collect::<Vec<_>>(), further, "{expected:?}");
+}

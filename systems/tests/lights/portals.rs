@@ -415,11 +415,7 @@ impl Building {
             let policies = Policies::Same(policy);
             let further = brute_force::select_shares(&scored, policies, &[*sphere], share, &mut expected);
             let selected = world.get::<SelectedLights>(*object).unwrap();
-            let packed = SelectedLights::pack(&expected[0]).unpack(&LightLists::default());
-            assert_eq!(selected.unpack(lists), packed, "{sphere:?} {policy:?}");
-            let (found, _) = lists.of(selected);
-            let words = found.iter().map(|&(slot, weight)| slot << 10 | (weight * 1023.0).round() as u32);
-            assert_eq!(words.collect::<Vec<_>>(), further.lights, "{sphere:?} {policy:?}");
+            assert_kept(lists, selected, &expected[0], &further.lights);
         }
     }
 }
