@@ -198,6 +198,7 @@ pub fn cases(text: &str) -> Vec<(String, String)> {
             _ => given.push(line),
         }
     }
+    assert!(!cases.is_empty() && given.is_empty(), "expected an arrow after {given:?}");
     cases
 }
 

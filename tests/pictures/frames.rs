@@ -56,7 +56,7 @@ impl Field {
         place.map_unchanged(|place| &mut place.translation.y)
     }
 
-    /// What a renderer shows that saw nothing before.
+    /// The picture of a renderer that saw nothing before.
     fn draw_afresh(&mut self) -> image::RgbaImage {
         let mut fresh = headless(self.headless.renderer.gpu());
         fresh.draw(&mut self.simulation, self.camera, SIZE).expect("a picture")

@@ -65,7 +65,7 @@ const FAULTS: &str = r##"
     [(children: [(rig: "b.rig.ron")])] → a.rig.ron:1:20: [0].children[0].rig: not allowed within a rig
     [(camera: ())] → a.rig.ron:1:11: [0].camera: not allowed within a rig
     [(vehicle: (type: "car"))]
-    → a.rig.ron:1:13: [0].vehicle: not allowed within a rig: vehicles move by themselves
+    → a.rig.ron:1:12: [0].vehicle: not allowed within a rig: vehicles move by themselves
     [(mesh: "box")] → a.rig.ron:1:9: [0].mesh: unknown mesh "box"; none are defined
     [(class: "caar")] → a.rig.ron:1:10: [0].class: unknown class "caar"; did you mean "car"?
     (name: "x") → a.rig.ron:1:1: expected a list in brackets
