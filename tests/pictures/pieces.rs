@@ -307,7 +307,7 @@ fn a_model_as_a_scene_comes_in_pieces_where_it_has_many_lights() {
     for (lights, pieces) in [(4, 13 * 13), (3, 0)] {
         let folder = Folder::new();
         let mut simulation = Simulation::new();
-        scene::load(&folder.file("model.gltf", &model(lights)), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+        scene::load(&folder.file("model.gltf", model(lights)), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(pieces_by_name(&mut simulation), [("floor".to_owned(), pieces)], "{lights} lights");
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, pieces.max(1) as u32);
