@@ -3,12 +3,10 @@
 
 mod common;
 
-use relief::import::{ImportError, check_model, load_image, load_model};
+use crate::common::prelude::*;
+use relief::import::{ImportError, check_model, load_image};
 use relief::problem::{Problem, Severity};
-use serde_json::{Value, json};
-use std::path::Path;
 use std::time::{Duration, Instant};
-use systems::assets::{ImageKind, Library};
 
 const TIME_LIMIT: Duration = Duration::from_secs(5);
 const MEMORY_LIMIT_KB: u64 = 1 << 20;

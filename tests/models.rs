@@ -4,9 +4,7 @@
 
 mod common;
 
-use relief::frames::Headless;
-use relief::session::{LoadOptions, Session};
-use std::path::{Path, PathBuf};
+use crate::common::prelude::*;
 use std::sync::Mutex;
 
 /// Warnings and errors that the graphics stack logged.

@@ -4,17 +4,11 @@
 
 mod common;
 
-use glam::Vec3;
-use relief::frames::Headless;
-use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
-use relief::renderer::{Occlusion, Settings, SingleView};
+use crate::common::prelude::*;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
-use systems::run::inputs::Inputs;
-use systems::run::registry::{EntityRegistry, StateId, register_all};
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::Despawn;
-use systems::vehicles::Controls;
 
 /// The memory is the process's: one test at a time.
 static ALONE: Mutex<()> = Mutex::new(());

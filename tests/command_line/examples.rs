@@ -1,8 +1,7 @@
 //! The examples run without a window, and those that draw leave pictures of something.
 
-use crate::common;
 use crate::common::display::{Display, Running, wait_for};
-use std::path::{Path, PathBuf};
+use crate::common::{self, prelude::*};
 use std::process::Command;
 
 /// Path of a built example: in `examples`, beside the folder of this test's program.
@@ -36,47 +35,26 @@ fn colors_of(picture: &image::RgbImage) -> usize {
     colors.len()
 }
 
-fn pictures_of(example: &str, names: &[&str]) {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    if run(example, folder.path()).is_none() {
-        return;
+#[test]
+fn pictures_show_something() {
+    for (example, names) in [
+        ("add_light", &["add_light_1.png", "add_light_2.png"][..]),
+        ("add_vehicle", &["add_vehicle.png"]),
+        ("many_objects", &["many_objects.png"]),
+        ("several_cameras", &["front.png", "above.png"]),
+        ("swap_assets", &["swap_assets_1.png", "swap_assets_2.png"]),
+        ("own_pass", &["own_pass.png"]),
+        ("own_world", &["own_world.png"]),
+    ] {
+        let Some(folder) = with_gpu(Folder::new) else { return };
+        if run(example, folder.path()).is_none() {
+            continue;
+        }
+        for name in names {
+            let colors = colors_of(&image::open(folder.at(name)).expect("a picture").into_rgb8());
+            assert!(colors > 300, "{example}: {name} has {colors} colours");
+        }
     }
-    for name in names {
-        let picture = image::open(folder.path().join(name)).expect("a picture").into_rgb8();
-        let colors = colors_of(&picture);
-        assert!(colors > 300, "{name} has {colors} colours");
-    }
-}
-
-#[test]
-fn add_light() {
-    pictures_of("add_light", &["add_light_1.png", "add_light_2.png"]);
-}
-
-#[test]
-fn add_vehicle() {
-    pictures_of("add_vehicle", &["add_vehicle.png"]);
-}
-
-#[test]
-fn many_objects() {
-    pictures_of("many_objects", &["many_objects.png"]);
-}
-
-#[test]
-fn several_cameras() {
-    pictures_of("several_cameras", &["front.png", "above.png"]);
-}
-
-#[test]
-fn swap_assets() {
-    pictures_of("swap_assets", &["swap_assets_1.png", "swap_assets_2.png"]);
-}
-
-#[test]
-fn own_pass() {
-    pictures_of("own_pass", &["own_pass.png"]);
 }
 
 #[test]
@@ -88,18 +66,15 @@ fn own_state() {
 
 #[test]
 fn own_format() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let Some(said) = run("own_format", folder.path()) else { return };
     let files = ["ego/front/depth_00000.npy", "ego/top/points_00012.npy", "things.csv", "manifest.json"];
     assert!(files.iter().all(|file| said.contains(&format!("own_format/{file}\n"))), "{said}");
-    let table = std::fs::read_to_string(folder.path().join("own_format/things.csv")).expect("a table");
+    let table = fs::read_to_string(folder.at("own_format/things.csv")).expect("a table");
     // The van that drives ahead is seen at each of three captures.
     let of_van = |line: &&str| line.contains("ego/front") && line.split(',').nth(3) == Some("truck");
     assert!(table.lines().filter(of_van).count() >= 3, "{table}");
-    let manifest = std::fs::read_to_string(folder.path().join("own_format/manifest.json")).expect("a manifest");
+    let manifest = fs::read_to_string(folder.at("own_format/manifest.json")).expect("a manifest");
     assert!(manifest.contains("\"things.csv\": \""), "{manifest}");
 }
 
@@ -126,16 +101,10 @@ fn own_sensor() {
 
 #[test]
 fn sensors() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let Some(said) = run("sensors", folder.path()) else { return };
     let steps: Vec<&str> = said.lines().filter_map(|line| line.split(':').next()).collect();
     assert_eq!(steps, ["step 6", "step 12", "step 18"], "{said}");
-}
-
-#[test]
-fn own_world() {
-    pictures_of("own_world", &["own_world.png"]);
 }
 
 #[test]

@@ -1,8 +1,6 @@
 //! Films of frames: colours, times, and targets that cannot be written.
 
-use crate::common::{self, assert_fails, text};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, prelude::*, text};
 use std::process::{Command, Output};
 
 /// One colour all over, in frames of some seconds.
@@ -21,7 +19,7 @@ fn scene(step_seconds: f64) -> String {
     )
 }
 
-fn scene_folder() -> tempfile::TempDir {
+fn scene_folder() -> common::Folder {
     common::scene_folder(&scene(1.0 / 60.0))
 }
 
@@ -51,8 +49,7 @@ fn probe(film: &Path, fields: &str) -> Vec<String> {
 
 #[test]
 fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     let without = |out: &str, name: &str| {
         let args = ["render", "scene.ron", "-o", out, "--frames", "3", "--size", "65x37", "--video", name];
         common::command(&args, folder.path()).env("PATH", "").output().expect("the binary runs")
@@ -173,8 +170,7 @@ fn a_film_lasts_as_long_as_its_steps() {
 
 #[test]
 fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder();
+    let Some(folder) = with_gpu(scene_folder) else { return };
     for name in ["taken.apng", "taken.mp4", "taken.gif"] {
         fs::create_dir(folder.path().join(name)).expect("a folder");
         assert_fails(&film(folder.path(), "3", name), 2, &[name, "is a directory; expected a file name"]);

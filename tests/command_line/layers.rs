@@ -4,9 +4,9 @@
 #[path = "../../systems/tests/common/imports.rs"]
 mod imports;
 
+use crate::common::prelude::*;
 use imports::{Sources, circles};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::collections::BTreeSet;
 
 /// The program, which alone has a command line.
 const PROGRAM: [&str; 2] = ["main.rs", "commands/"];

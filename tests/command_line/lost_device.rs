@@ -1,15 +1,11 @@
 //! Devices that are lost, and adapters without memory: an error and no panic; another device draws the same; what was
 //! written stays, and a run goes on where it ended.
 
-use crate::common;
+use crate::common::{self, headless, prelude::*, text};
 use relief::frames::{FrameError, Headless};
-use relief::renderer::{Gpu, RenderError};
-use relief::session::{LoadOptions, Session};
-use std::fs;
-use std::path::PathBuf;
+use relief::renderer::RenderError;
 use std::process::{Command, Output};
 use systems::run::state_hash;
-use tempfile::TempDir;
 
 const SCENE: &str = r#"(
     clock: (step_seconds: 0.1),
@@ -26,57 +22,42 @@ const SCENE: &str = r#"(
 )"#;
 const SIZE: (u32, u32) = (64, 36);
 
-struct Place(TempDir);
+/// A folder with the scene and its textures.
+fn place() -> Folder {
+    let place = common::scene_folder(SCENE);
+    place.paint(4);
+    let bumps = image::RgbImage::from_fn(16, 16, |x, _| image::Rgb([100 + x as u8 * 4, 128, 240]));
+    bumps.save(place.at("bumps.png")).expect("a texture");
+    place
+}
 
-impl Place {
-    fn new() -> Self {
-        let place = Self(common::scene_folder(SCENE));
-        place.paint(4);
-        let bumps = image::RgbImage::from_fn(16, 16, |x, _| image::Rgb([100 + x as u8 * 4, 128, 240]));
-        bumps.save(place.path("bumps.png")).expect("a texture");
-        place
-    }
+fn options() -> LoadOptions {
+    LoadOptions { cache: false, ..LoadOptions::for_one_renderer() }
+}
 
+impl Folder {
     fn paint(&self, side: u32) {
         let paint = image::RgbImage::from_fn(side, side, |x, y| image::Rgb([x as u8 * 60, y as u8 * 60, 90]));
-        paint.save(self.path("paint.png")).expect("a texture");
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn load(&self) -> LoadOptions {
-        LoadOptions { cache: false, ..LoadOptions::for_one_renderer() }
+        paint.save(self.at("paint.png")).expect("a texture");
     }
 
     fn stage(&self) -> Session {
-        Session::load(&self.path("scene.ron"), &self.load()).expect("a scene")
+        Session::load(&self.at("scene.ron"), &options()).expect("a scene")
     }
 
-    fn relief(&self, args: &[&str], losing_after: Option<u32>) -> Output {
-        let mut command = common::command(args, self.0.path());
+    /// Runs the program, whose device is lost after so many checks.
+    fn losing_after(&self, checks: Option<u32>, args: &[&str]) -> Output {
+        let mut command = common::command(args, self.path());
         // The validation layer of debug builds talks to the log.
         command.arg("--no-cache").env("RUST_LOG", "off");
-        if let Some(checks) = losing_after {
-            command.env("RELIEF_LOSE_DEVICE", checks.to_string());
-        }
+        command.envs(checks.map(|checks| ("RELIEF_LOSE_DEVICE", checks.to_string())));
         command.output().expect("the binary runs")
     }
 
-    fn frames(&self, folder: &str) -> Vec<(String, Vec<u8>)> {
-        let Ok(entries) = fs::read_dir(self.path(folder)) else { return Vec::new() };
-        let read = |entry: fs::DirEntry| {
-            (entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path()).expect("a file"))
-        };
-        let mut frames: Vec<_> = entries.flatten().map(read).collect();
-        frames.sort();
-        frames
+    fn frames(&self, folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
+        let folder = self.at(folder);
+        if folder.exists() { common::files(&folder).into_iter().collect() } else { Vec::new() }
     }
-}
-
-fn headless(gpu: &Gpu) -> Headless {
-    Headless { renderer: relief::renderer::SingleView::new(gpu), settings: Default::default() }
 }
 
 fn draw(headless: &mut Headless, stage: &mut Session) -> Result<image::RgbaImage, FrameError> {
@@ -86,7 +67,7 @@ fn draw(headless: &mut Headless, stage: &mut Session) -> Result<image::RgbaImage
 #[test]
 fn another_device_draws_the_same_after_texels_were_read_again() {
     let (Some(gpu), Some(other)) = (common::gpu(), common::gpu()) else { return };
-    let place = Place::new();
+    let place = place();
     let mut stage = place.stage();
     let mut first = headless(&gpu);
     (0..3).for_each(|_| stage.simulation.step());
@@ -113,13 +94,13 @@ fn another_device_draws_the_same_after_texels_were_read_again() {
 #[test]
 fn texels_of_files_that_have_changed_are_refused_by_name() {
     let Some(gpu) = common::gpu() else { return };
-    let place = Place::new();
+    let place = place();
     let mut stage = place.stage();
     draw(&mut headless(&gpu), &mut stage).expect("a picture");
     place.paint(3);
     let changed = stage.restore_texels();
     assert!(changed.expect_err("another size").to_string().contains("image \"paint\" has changed"));
-    fs::remove_file(place.path("paint.png")).expect("it is there");
+    fs::remove_file(place.at("paint.png")).expect("it is there");
     let missing = stage.restore_texels();
     assert!(missing.expect_err("no file").to_string().contains("paint.png"));
 }
@@ -138,11 +119,10 @@ fn a_fault_outside_of_preparing_is_told() {
 
 #[test]
 fn rendering_ends_with_one_error_and_goes_on_when_resumed() {
-    let Some(_) = common::gpu() else { return };
-    let place = Place::new();
-    let render = |folder: &str, more: &[&str], losing_after| {
+    let Some(place) = with_gpu(place) else { return };
+    let render = |folder: &str, more: &[&str], checks| {
         let args = ["render", "scene.ron", "--frames", "6", "--size", "64x36", "-o", folder];
-        place.relief(&[&args, more].concat(), losing_after)
+        place.losing_after(checks, &[&args, more].concat())
     };
     assert!(render("whole", &[], None).status.success());
     let whole = place.frames("whole");
@@ -151,7 +131,7 @@ fn rendering_ends_with_one_error_and_goes_on_when_resumed() {
     for (checks, written) in [(1, 0), (6, 2), (7, 3)] {
         let folder = format!("lost after {checks}");
         let output = render(&folder, &[], Some(checks));
-        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        let errors = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{errors}");
         assert_eq!(errors, "error: the graphics device was lost: it was destroyed\n");
         assert!(place.frames(&folder) == whole[..written], "{checks}: whole frames only");
@@ -168,18 +148,16 @@ fn an_adapter_without_memory_is_an_error() {
     if gpu.adapter.get_info().device_type != wgpu::DeviceType::Cpu {
         return common::skip_always("the adapter has memory of its own");
     }
-    let place = Place::new();
+    let place = place();
     // Linear colours of so many samples take 8 GiB; the program itself, with its threads, takes much less than 6.
     let limited = r#"ulimit -v 6291456; exec "$0" render scene.ron -o out --size 16384x16384 --no-cache"#;
     let mut command = Command::new("sh");
-    command.args(["-c", limited, env!("CARGO_BIN_EXE_relief")]).current_dir(place.0.path()).env("RUST_LOG", "off");
+    command.args(["-c", limited, env!("CARGO_BIN_EXE_relief")]).current_dir(place.path()).env("RUST_LOG", "off");
     let output = command.output().expect("sh runs");
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let errors = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{errors}");
     assert_eq!(errors.lines().count(), 1, "one error: {errors}");
-    assert!(
-        errors.starts_with("error: out of memory for a picture of 16384x16384 pixels with 4 samples each"),
-        "{errors}"
-    );
+    let expected = "error: out of memory for a picture of 16384x16384 pixels with 4 samples each";
+    assert!(errors.starts_with(expected), "{errors}");
     assert!(place.frames("out").is_empty());
 }

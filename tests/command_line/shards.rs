@@ -1,9 +1,6 @@
 //! `relief split`, `render --shard` and `merge`: what shards give together is what one process gives, byte for byte.
 
-use crate::common::{self, assert_fails, files, relief, scene_folder, text};
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, files, prelude::*, relief, scene_folder, text};
 use std::process::Output;
 
 /// A rig that turns, with cameras of two rhythms, a lidar that sweeps, an IMU and a receiver of GNSS; two things, one
@@ -63,8 +60,7 @@ fn assert_same(found: &Path, expected: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn shards_of_sensors_are_together_what_one_process_writes() {
-    let Some(_) = common::gpu() else { return };
-    let home = scene_folder(SCENE);
+    let Some(home) = with_gpu(|| scene_folder(SCENE)) else { return };
     let folder = home.path();
     let has_ffmpeg = common::has_ffmpeg();
     let formats = ["png,npy,npz,exr,mcap,coco,kitti,nuscenes", ",video"];
@@ -94,7 +90,7 @@ fn shards_of_sensors_are_together_what_one_process_writes() {
 }
 
 /// A job of three shards, and what one process makes of it, with an animation.
-fn frames() -> (tempfile::TempDir, PathBuf) {
+fn frames() -> (common::Folder, PathBuf) {
     let home = scene_folder(SCENE);
     let options = ["scene.ron", "--frames", "2..7", "--size", "32x20", "--outputs", "color,depth,id", "--threads", "2"];
     done(&[&["render", "-o", "one", "--video", "one.apng"], &options[..]].concat(), home.path());
@@ -106,8 +102,7 @@ fn frames() -> (tempfile::TempDir, PathBuf) {
 
 #[test]
 fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_said() {
-    let Some(_) = common::gpu() else { return };
-    let (_home, folder) = frames();
+    let Some((_home, folder)) = with_gpu(frames) else { return };
     let folder = folder.as_path();
     let merge = |more: &[&str]| relief(&[&["merge", "job", "-o", "merged"], more].concat(), folder);
     let refused = |output: &Output, code, needles: &[&str]| {
@@ -158,8 +153,7 @@ fn shards_of_frames_are_together_what_one_process_writes_and_what_is_amiss_is_sa
 
 #[test]
 fn what_cannot_be_split_or_rendered_is_refused() {
-    let Some(_) = common::gpu() else { return };
-    let home = scene_folder(SCENE);
+    let Some(home) = with_gpu(|| scene_folder(SCENE)) else { return };
     let folder = home.path();
     let split = |more: &[&str]| {
         let args = ["split", "scene.ron", "-o", "job", "--frames", "4", "--size", "16x12"];

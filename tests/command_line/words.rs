@@ -1,7 +1,6 @@
 //! Words of doc comments: they begin with a noun or a verb.
 
-use std::fs;
-use std::path::Path;
+use crate::common::prelude::*;
 
 /// Words that leave the noun to the reader.
 const REFUSED: [&str; 6] = ["What", "Whether", "How", "Of", "Where", "As"];

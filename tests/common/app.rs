@@ -1,11 +1,10 @@
 //! The program with a window on a display of a test's own.
 
 use super::display::{Display, PATIENCE, Running, wait_for};
+use super::prelude::*;
 use image::RgbImage;
 use std::cell::RefCell;
-use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -46,7 +45,23 @@ impl Place {
     /// Replays `run.rec` without pictures, all of whose steps come out as recorded.
     pub fn check_replay(&self) {
         let replay = self.relief().args(["replay", "run.rec", "--check"]).output().expect("relief starts");
-        assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
+        assert!(replay.status.success(), "{}", super::text(&replay.stderr));
+    }
+
+    /// Runs the program with its warnings in `errors.txt`, and a device that is lost after so many checks.
+    pub fn losing_after(&self, checks: u32) -> Command {
+        let mut command = self.relief();
+        command.env("RELIEF_LOSE_DEVICE", checks.to_string()).env("RUST_LOG", "relief=warn");
+        command.stderr(fs::File::create(self.path().join("errors.txt")).expect("a file"));
+        command
+    }
+
+    /// Waits until the device of a run that writes its hashes to `window.txt` is lost, and some steps were done since.
+    pub fn wait_for_loss(&self, app: &App<'_>, steps: usize) {
+        let lines = || self.read("window.txt").lines().count();
+        app.wait_for("the loss", || self.read("errors.txt").contains("the graphics device was lost").then_some(()));
+        let lost = lines();
+        app.wait_for("steps after it", || (lines() > lost + steps).then_some(()));
     }
 
     /// The picture of a frame, as `relief render` writes it.
@@ -56,7 +71,7 @@ impl Place {
         let mut command = self.relief();
         command.args(["render", "test.ron", "--size", &size(), "--frames", &frames, "-o"]).arg(folder.path());
         let output = command.args(options).output().expect("relief starts");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{}", super::text(&output.stderr));
         let picture = folder.path().join(format!("color_{frame:05}.png"));
         image::open(picture).expect("a picture").into_rgb8()
     }
@@ -85,6 +100,14 @@ pub struct App<'a> {
 impl<'a> App<'a> {
     pub fn start(place: &Place, display: &'a Display, options: &[&str]) -> Self {
         Self::of(place.relief(), display, options)
+    }
+
+    /// With a scene that stands still and its picture, without the panel.
+    pub fn paused(place: &Place, display: &'a Display) -> (Self, RgbImage) {
+        let app = Self::start(place, display, &["--paused", "--no-panel"]);
+        let plain = place.rendered(0, &[]);
+        app.shows("the picture of frame 0", &plain);
+        (app, plain)
     }
 
     pub fn of(mut command: Command, display: &'a Display, options: &[&str]) -> Self {

@@ -1,15 +1,7 @@
 //! A stage for bump techniques: objects under a light of each kind, and every map of a height field given by a formula.
 
-use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec2, Vec3, Vec4};
-use relief::frames::Headless;
-use relief::renderer::{OutputSet, Settings, SingleView};
+use super::prelude::*;
 use std::f32::consts::{FRAC_PI_2, TAU};
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, shapes};
-use systems::draw::{Camera, Projection};
-use systems::lights::Light;
-use systems::space::Transform;
 
 /// A world in the dark with a camera at +Z, and what draws it.
 pub struct Stage {
@@ -80,7 +72,7 @@ impl Stage {
         (shapes::plane(size, UVec2::ONE), Transform::from_rotation(glam::Quat::from_rotation_x(FRAC_PI_2)))
     }
 
-    fn add(&mut self, image: Image) -> Option<Map> {
+    pub fn add(&mut self, image: Image) -> Option<Map> {
         Some(Map::new(self.simulation.world.resource_mut::<Library>().add_image(image)))
     }
 

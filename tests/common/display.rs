@@ -1,10 +1,9 @@
 //! A display of a test's own, without a screen. Xvfb keeps what it shows in a file, so a look at it takes no further
 //! tool; xdotool presses keys.
 
+use super::prelude::*;
 use image::{Rgb, RgbImage};
-use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 

@@ -1,15 +1,7 @@
 //! A white floor in the dark, seen from above: each sample of a picture is a known place, and how much of its light it
 //! has is one picture over another.
 
-use bevy_ecs::prelude::*;
-use glam::{DVec2, DVec3, Vec3};
-use relief::frames::Headless;
-use relief::renderer::{Gpu, Settings, SingleView};
-use systems::Simulation;
-use systems::assets::{Library, Material, MaterialId, MeshId, Shading, shapes};
-use systems::draw::{Camera, Projection};
-use systems::lights::Light;
-use systems::space::Transform;
+use super::prelude::*;
 
 /// Pixels along a side.
 pub const SIDE: u32 = 200;

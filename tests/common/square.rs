@@ -1,13 +1,7 @@
 //! A square in the dark before a camera: what one pixel of it must be can be worked out by hand.
 
 use super::bumps::Stage;
-use bevy_ecs::prelude::*;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::frames::Headless;
-use systems::Simulation;
-use systems::assets::{Image, Library, Map, Material, MaterialId, shapes};
-use systems::lights::Light;
-use systems::space::Transform;
+use super::prelude::*;
 
 pub const SIZE: u32 = 17;
 

@@ -1,12 +1,11 @@
 //! Images in blocks: quality on real textures, the cache, and the same picture.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use relief::import::cache::Cache;
 use relief::import::compress::{LEAST_BLOCK_PSNR, LEAST_PSNR, compress, worst_block};
 use relief::import::load_image;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
-use systems::assets::{Image, ImageKind, Texels, blocks};
+use systems::assets::{Texels, blocks};
 
 fn kind_of(path: &Path) -> ImageKind {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();

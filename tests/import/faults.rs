@@ -1,83 +1,70 @@
 //! Refusals, omissions, and files that are sound however they are written.
 
-use crate::support::{buffer, first_mesh, floats, material, push, push_accessor, with_triangle};
+use crate::common::prelude::*;
+use crate::support::*;
 use base64::Engine;
-use serde_json::{Value, json};
-use systems::assets::AlphaMode;
-use systems::lights::LightKind;
 
 #[test]
 fn what_a_file_can_do_without_does_not_refuse_it() {
-    let light = |light: Value| {
-        move |d: &mut Value| {
-            d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
-            d["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
-            d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
-        }
-    };
+    type Change = Box<dyn FnOnce(&mut Value)>;
+    fn by(change: impl FnOnce(&mut Value) + 'static) -> Change {
+        Box::new(change)
+    }
+    let light = |light: Value| by(move |d| set_lights(d, json!([light])));
     let camera = |camera: Value| {
-        move |d: &mut Value| {
+        by(move |d| {
             d["cameras"] = json!([camera, { "type": "perspective", "perspective": { "yfov": 0.5, "znear": 1 } }]);
             d["nodes"][0]["camera"] = json!(0);
             d["scenes"][0]["nodes"] = json!([0, 1]);
             push(d, "nodes", json!({ "camera": 1 }));
-        }
+        })
     };
     let lens = |key: &str, value: Value| {
         let mut lens = json!({ "yfov": 0.5, "znear": 1, "zfar": 2 });
         lens[key] = value;
         camera(json!({ "type": "perspective", "perspective": lens }))
     };
-    let material = |material: Value| {
-        move |d: &mut Value| {
-            d["materials"] = json!([material]);
-            d["meshes"][0]["primitives"][0]["material"] = json!(0);
-        }
-    };
-    type Change = Box<dyn FnOnce(&mut Value)>;
-    let changes: Vec<(&str, Change)> = vec![
-        ("extensions.KHR_lights_punctual.lights[0].type", Box::new(light(json!({ "color": [1, 1, 1] })))),
-        (
-            "extensions.KHR_lights_punctual.lights[0].intensity",
-            Box::new(light(json!({ "type": "point", "intensity": -1 }))),
-        ),
+    let material = |material: Value| by(move |d| set_material(d, material));
+    let extended = |extension: &str, value: Value| material(json!({ "extensions": { extension: value } }));
+    let lights = "extensions.KHR_lights_punctual.lights[0]";
+    let changes = [
+        (&*format!("{lights}.type"), light(json!({ "color": [1, 1, 1] }))),
+        (&format!("{lights}.intensity"), light(json!({ "type": "point", "intensity": -1 }))),
         (
             "nodes[0].extensions.KHR_lights_punctual.light",
-            Box::new(|d| d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 7 } })),
+            by(|d| d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 7 } })),
         ),
-        ("cameras[0].perspective.aspectRatio", Box::new(lens("aspectRatio", json!(0)))),
-        ("cameras[0].perspective.yfov", Box::new(lens("yfov", json!("wide")))),
-        ("cameras[0].perspective.yfov", Box::new(lens("yfov", json!(4)))),
-        ("cameras[0].perspective.zfar", Box::new(lens("zfar", json!(0.5)))),
-        ("cameras[0]", Box::new(camera(json!({ "type": "perspective" })))),
-        ("cameras[0]", Box::new(camera(json!(7)))),
+        ("cameras[0].perspective.aspectRatio", lens("aspectRatio", json!(0))),
+        ("cameras[0].perspective.yfov", lens("yfov", json!("wide"))),
+        ("cameras[0].perspective.yfov", lens("yfov", json!(4))),
+        ("cameras[0].perspective.zfar", lens("zfar", json!(0.5))),
+        ("cameras[0]", camera(json!({ "type": "perspective" }))),
+        ("cameras[0]", camera(json!(7))),
         (
             "materials[0].extensions.KHR_materials_specular.specularFactor",
-            Box::new(material(json!({ "extensions": { "KHR_materials_specular": { "specularFactor": "much" } } }))),
+            extended("KHR_materials_specular", json!({ "specularFactor": "much" })),
         ),
         (
             "materials[0].extensions.KHR_materials_emissive_strength",
-            Box::new(material(json!({ "extensions": { "KHR_materials_emissive_strength": [] } }))),
+            extended("KHR_materials_emissive_strength", json!([])),
         ),
-        ("materials[0].name", Box::new(material(json!({ "name": 5 })))),
-        ("asset.generator", Box::new(|d| d["asset"]["generator"] = json!(["a", "b"]))),
-        ("accessors[0].min", Box::new(|d| d["accessors"][0]["min"] = json!("low"))),
+        ("materials[0].name", material(json!({ "name": 5 }))),
+        ("asset.generator", by(|d| d["asset"]["generator"] = json!(["a", "b"]))),
+        ("accessors[0].min", by(|d| d["accessors"][0]["min"] = json!("low"))),
         (
             "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes.SCALE",
-            Box::new(|d| {
-                let two =
-                    push_accessor(d, &floats(&[1.0; 6]), json!({ "componentType": 5126, "count": 2, "type": "VEC3" }));
+            by(|d| {
+                let two = push_floats(d, &[1.0; 6], "VEC3");
                 let attributes = json!({ "TRANSLATION": 0, "SCALE": two });
                 d["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
             }),
         ),
         (
             "nodes[0].skin",
-            Box::new(|d| {
+            by(|d| {
                 let whole = json!({ "componentType": 5123, "count": 3, "type": "VEC4" });
                 let joints = push_accessor(d, &[0; 24], whole);
-                let weights = json!({ "componentType": 5126, "count": 3, "type": "VEC4" });
-                let weights = push_accessor(d, &floats(&[1.0, 0.0, 0.0, 0.0].repeat(3)), weights);
+                let weights = push_floats(d, &[1.0, 0.0, 0.0, 0.0].repeat(3), "VEC4");
                 d["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
                 d["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
                 d["skins"] = json!([{ "joints": [0] }]);
@@ -86,17 +73,13 @@ fn what_a_file_can_do_without_does_not_refuse_it() {
         ),
         (
             "images[0].uri",
-            Box::new(|d| {
+            by(|d| {
                 d["images"] = json!([{ "uri": "https://example.com/a.png" }]);
                 d["textures"] = json!([{ "source": 0 }]);
-                d["materials"] = json!([{ "emissiveTexture": { "index": 0 } }]);
-                d["meshes"][0]["primitives"][0]["material"] = json!(0);
+                set_material(d, json!({ "emissiveTexture": { "index": 0 } }));
             }),
         ),
-        (
-            "animations",
-            Box::new(|d| d["animations"] = json!([{ "channels": "none", "samplers": [{ "input": 99 }] }, 3])),
-        ),
+        ("animations", by(|d| d["animations"] = json!([{ "channels": "none", "samplers": [{ "input": 99 }] }, 3]))),
     ];
     for (place, change) in changes {
         let (model, library) = with_triangle(change).unwrap_or_else(|error| panic!("{place}: {error}"));
@@ -108,7 +91,7 @@ fn what_a_file_can_do_without_does_not_refuse_it() {
     }
     // Not where the file says that it cannot do without.
     let required = with_triangle(|d| {
-        light(json!({ "color": [1, 1, 1] }))(d);
+        set_lights(d, json!([{ "color": [1, 1, 1] }]));
         d["extensionsRequired"] = json!(["KHR_lights_punctual"]);
     });
     assert!(required.unwrap_err().to_string().contains("lights[0].type"));
@@ -118,41 +101,44 @@ fn what_a_file_can_do_without_does_not_refuse_it() {
 
 #[test]
 fn refusals_name_the_place() {
-    let refusal = |change: fn(&mut Value)| with_triangle(change).unwrap_err().to_string();
-    let expect = |change: fn(&mut Value), part: &str| {
-        let error = refusal(change);
-        assert!(error.contains("made.gltf: ") && error.contains(part), "{error}\nexpected: {part}");
-    };
-    expect(|d| d["accessors"][0]["count"] = json!(4), "accessors[0]: 4 elements from byte 0 run past bufferViews[0]");
-    expect(|d| d["accessors"][0]["bufferView"] = json!(1u64 << 32), "accessors[0].bufferView: bufferViews[4294967296]");
-    expect(
-        |d| d["nodes"] = json!([{ "children": [1] }, { "children": [0], "mesh": 0 }]),
-        "nodes[0]: is its own ancestor",
-    );
-    expect(|d| d["nodes"] = json!([{ "children": [2] }, { "children": [2] }, {}]), "nodes[1].children[0]");
-    expect(|d| d["buffers"][0]["uri"] = json!("/etc/passwd"), "buffers[0].uri");
-    expect(|d| d["buffers"][0]["uri"] = json!("..%2Fsecret.bin"), "outside the model's directory");
-    expect(|d| d["buffers"][0]["uri"] = json!("https://example.com/a.bin"), "https: URIs are not read");
-    expect(|d| d["buffers"][0]["uri"] = json!("none.bin"), "none.bin");
-    expect(|d| d["nodes"][0]["mesh"] = json!("0"), "nodes[0].mesh: expected an index into meshes");
-    expect(|d| d["nodes"][0]["scale"] = json!([1, 1]), "nodes[0].scale: expected 3 numbers, found 2");
-    expect(|d| d["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression");
-    expect(
-        |d| d["buffers"][0] = buffer(&floats(&[0.0, 0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])),
-        "meshes[0].primitives[0].attributes.POSITION: expected finite numbers, element 0",
-    );
     let sparse = |d: &mut Value| {
         let index = push_accessor(d, &[3], json!({ "componentType": 5121, "count": 1, "type": "SCALAR" }));
         let view = &d["accessors"][index]["bufferView"];
         d["accessors"][0]["sparse"] = json!({ "count": 1,
             "indices": { "bufferView": view, "componentType": 5121 }, "values": { "bufferView": 0 } });
     };
-    expect(sparse, "accessors[0].sparse.indices: element 0 replaces element 3 of 3");
-    // Legal, but nothing in the file justifies the size.
-    expect(
-        |d| d["accessors"][0] = json!({ "componentType": 5126, "count": 1u64 << 40, "type": "VEC3" }),
-        "accessors[0].count: more elements",
-    );
+    let nowhere = floats(&[0.0, 0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // A place in the document, what is put there, and what is said of it.
+    for (place, value, part) in [
+        ("/accessors/0/count", json!(4), "accessors[0]: 4 elements from byte 0 run past bufferViews[0]"),
+        ("/accessors/0/bufferView", json!(1u64 << 32), "accessors[0].bufferView: bufferViews[4294967296]"),
+        ("/nodes", json!([{ "children": [1] }, { "children": [0], "mesh": 0 }]), "nodes[0]: is its own ancestor"),
+        ("/nodes", json!([{ "children": [2] }, { "children": [2] }, {}]), "nodes[1].children[0]"),
+        ("/buffers/0/uri", json!("/etc/passwd"), "buffers[0].uri"),
+        ("/buffers/0/uri", json!("..%2Fsecret.bin"), "outside the model's directory"),
+        ("/buffers/0/uri", json!("https://example.com/a.bin"), "https: URIs are not read"),
+        ("/buffers/0/uri", json!("none.bin"), "none.bin"),
+        ("/nodes/0", json!({ "mesh": "0" }), "nodes[0].mesh: expected an index into meshes"),
+        ("/nodes/0", json!({ "mesh": 0, "scale": [1, 1] }), "nodes[0].scale: expected 3 numbers, found 2"),
+        (
+            "/buffers/0",
+            buffer(&nowhere),
+            "meshes[0].primitives[0].attributes.POSITION: expected finite numbers, element 0",
+        ),
+        // Legal, but nothing in the file justifies the size.
+        (
+            "/accessors/0",
+            json!({ "componentType": 5126, "count": 1u64 << 40, "type": "VEC3" }),
+            "accessors[0].count: more elements",
+        ),
+    ] {
+        let error = with_triangle(|d| *d.pointer_mut(place).unwrap() = value).unwrap_err().to_string();
+        assert_has(&error, &["made.gltf: ", part]);
+    }
+    let draco = with_triangle(|d| d["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]));
+    assert_has(&draco.unwrap_err().to_string(), &["made.gltf: ", "KHR_draco_mesh_compression"]);
+    let replaced = "accessors[0].sparse.indices: element 0 replaces element 3 of 3";
+    assert_has(&with_triangle(sparse).unwrap_err().to_string(), &["made.gltf: ", replaced]);
 }
 
 #[test]
@@ -197,9 +183,7 @@ fn unknown_values_read_as_the_default_with_a_warning() {
         d["meshes"][0]["primitives"].as_array_mut().unwrap().push(other);
         d["bufferViews"][0]["target"] = json!(8);
         d["accessors"].as_array_mut().unwrap().push(json!({ "componentType": 5124, "count": 1, "type": "VEC9" }));
-        d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
-        d["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "area" }, { "type": "spot" }] } });
-        d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+        set_lights(d, json!([{ "type": "area" }, { "type": "spot" }]));
     })
     .unwrap();
     let light = model.nodes[0].light.as_ref().unwrap();
@@ -230,8 +214,7 @@ fn small_files_that_would_fill_the_memory_are_refused() {
     let error = with_triangle(|d| {
         d["images"] = json!([{ "uri": format!("data:image/png;base64,{data}") }]);
         d["textures"] = json!([{ "source": 0 }]);
-        d["materials"] = json!([{ "emissiveTexture": { "index": 0 }, "normalTexture": { "index": 0 } }]);
-        d["meshes"][0]["primitives"][0]["material"] = json!(0);
+        set_material(d, json!({ "emissiveTexture": { "index": 0 }, "normalTexture": { "index": 0 } }));
     });
     let error = error.err().unwrap().to_string();
     assert!(error.contains("images[0]: too many texels in all"), "{error}");

@@ -1,10 +1,8 @@
 //! The files that models name, and several models at once.
 
-use crate::support::{buffer, floats};
-use relief::import::{ImportError, Model, load_model, load_models};
-use serde_json::json;
-use std::path::{Path, PathBuf};
-use systems::assets::Library;
+use crate::common::prelude::*;
+use crate::support::*;
+use relief::import::{ImportError, Model, load_models};
 
 #[test]
 fn files_above_a_model_are_read_where_the_file_that_names_it_spans_them() {

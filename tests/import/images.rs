@@ -1,11 +1,9 @@
 //! Image files.
 
-use crate::common;
-use crate::support::files_below;
-use glam::Vec4;
+use crate::common::{self, prelude::*};
+use crate::support::*;
 use relief::import::{ImportError, load_image, load_images};
-use std::path::Path;
-use systems::assets::{ImageKind, Texels};
+use systems::assets::Texels;
 
 #[test]
 fn every_valid_image_loads_with_its_levels() {

@@ -1,12 +1,11 @@
 //! Tangents and levels that were kept from an earlier start.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use crate::models::{fine_torus, glb};
-use glam::{Vec2Swizzles, Vec4};
+use glam::Vec2Swizzles;
 use relief::import::cache::{Cache, Key};
 use relief::import::meshes::finish_meshes;
-use std::path::Path;
-use systems::assets::{Library, Mesh, MeshEntry, shapes};
+use systems::assets::MeshEntry;
 
 /// With both sets of UVs and with colours.
 fn full() -> Mesh {

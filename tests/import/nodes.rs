@@ -1,12 +1,8 @@
 //! Nodes and what hangs on them: transforms, cameras, lights, skins.
 
-use crate::support::{first_mesh, floats, push_accessor, with_triangle};
-use bevy_ecs::prelude::*;
-use glam::{Mat4, Quat, Vec3};
-use serde_json::json;
-use systems::draw::{Projection, View};
-use systems::lights::LightKind;
-use systems::space::{GlobalTransform, Transform};
+use crate::common::prelude::*;
+use crate::support::*;
+use glam::Mat4;
 
 /// Whatever the matrices above them do: uneven scale, mirrors, and shear, of which transforms can keep nothing.
 #[test]
@@ -60,10 +56,7 @@ fn a_cone_narrower_or_wider_than_is_drawn_is_said() {
         [(1e-4, 1e-3, "narrower than 0.06"), (1.55, 85f32.to_radians(), "wider than 85"), (1e-3, 1e-3, "")]
     {
         let (model, _) = with_triangle(|d| {
-            d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
-            let spot = json!({ "type": "spot", "spot": { "innerConeAngle": 0, "outerConeAngle": outer } });
-            d["extensions"]["KHR_lights_punctual"] = json!({ "lights": [spot] });
-            d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+            set_lights(d, json!([{ "type": "spot", "spot": { "innerConeAngle": 0, "outerConeAngle": outer } }]));
         })
         .unwrap();
         let Some(LightKind::Spot { outer, .. }) = model.nodes[0].light.as_ref().map(|light| light.kind) else {
@@ -81,10 +74,9 @@ fn a_cone_narrower_or_wider_than_is_drawn_is_said() {
 /// The others stay, with their numbers.
 #[test]
 fn a_faulty_light_is_left_out_by_itself() {
-    let load = |lights: serde_json::Value| {
+    let load = |lights: Value| {
         with_triangle(|d| {
-            d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
-            d["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
+            set_lights(d, lights);
             let node = |light: usize| json!({ "extensions": { "KHR_lights_punctual": { "light": light } } });
             d["nodes"] = json!([{ "mesh": 0 }, node(0), node(1), node(2)]);
             d["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
@@ -135,7 +127,7 @@ fn joints_move_the_vertices_that_they_own() {
             json!({ "componentType": 5121, "count": 3, "type": "VEC4" }),
         );
         let weights = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0];
-        let weights = push_accessor(d, &floats(&weights), json!({ "componentType": 5126, "count": 3, "type": "VEC4" }));
+        let weights = push_floats(d, &weights, "VEC4");
         let attributes = &mut d["meshes"][0]["primitives"][0]["attributes"];
         (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
         d["nodes"] = json!([{ "mesh": 0, "skin": 0, "translation": [7, 7, 7], "scale": [2, 2, 2] },

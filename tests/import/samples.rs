@@ -1,15 +1,9 @@
 //! Models of others, against what is known of them.
 
-use crate::common;
-use crate::support::{files_below, first_mesh, load, material, node};
-use bevy_ecs::prelude::*;
-use glam::{Vec2, Vec3};
-use relief::import::load_model;
+use crate::common::{self, prelude::*};
+use crate::support::*;
 use std::f32::consts::PI;
-use systems::assets::{AlphaMode, Filter, ImageKind, Library, MeshId, MipFilter, Shading, Wrap};
-use systems::draw::Projection;
-use systems::lights::LightKind;
-use systems::space::Transform;
+use systems::assets::{Filter, MipFilter, Wrap};
 
 /// Refused, each for its reason; everything else loads.
 const REFUSED: [(&str, &str); 3] = [

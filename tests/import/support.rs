@@ -1,11 +1,8 @@
 //! The samples, and glTF documents made here.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use base64::Engine;
-use relief::import::{ImportError, Model, load_model};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use systems::assets::{Library, Material, Mesh};
+use relief::import::{ImportError, Model};
 
 pub fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let (mut files, mut open) = (Vec::new(), vec![folder.to_owned()]);
@@ -65,8 +62,9 @@ pub fn floats(values: &[f32]) -> Vec<u8> {
 }
 
 pub fn buffer(bytes: &[u8]) -> Value {
-    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
-    json!({ "byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{data}") })
+    let mut buffer = uri_of(bytes);
+    buffer["byteLength"] = json!(bytes.len());
+    buffer
 }
 
 pub fn push(document: &mut Value, array: &str, item: Value) -> usize {
@@ -81,6 +79,26 @@ pub fn push_accessor(document: &mut Value, bytes: &[u8], mut accessor: Value) ->
     let view = push(document, "bufferViews", json!({ "buffer": buffer, "byteLength": bytes.len() }));
     accessor["bufferView"] = json!(view);
     push(document, "accessors", accessor)
+}
+
+/// Adds an accessor of floats; `kind`: as glTF has it, `VEC3`.
+pub fn push_floats(document: &mut Value, values: &[f32], kind: &str) -> usize {
+    let width = kind.trim_start_matches("VEC").parse().unwrap_or(1);
+    let accessor = json!({ "componentType": 5126, "count": values.len() / width, "type": kind });
+    push_accessor(document, &floats(values), accessor)
+}
+
+/// Gives the triangle a material.
+pub fn set_material(document: &mut Value, material: Value) {
+    document["materials"] = json!([material]);
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+}
+
+/// Gives the file lights, and the first of them to the first node.
+pub fn set_lights(document: &mut Value, lights: Value) {
+    document["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
+    document["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
 }
 
 pub fn first_mesh(library: &Library) -> &Mesh {

@@ -1,9 +1,8 @@
 //! Textures of glTF materials.
 
-use crate::support::{floats, material, png_of, push, push_accessor, uri_of, with_triangle};
+use crate::common::prelude::*;
+use crate::support::*;
 use base64::Engine;
-use serde_json::{Value, json};
-use systems::assets::ImageKind;
 
 #[test]
 fn specular_textures_are_combined_into_one() {
@@ -18,7 +17,7 @@ fn specular_textures_are_combined_into_one() {
     let (_, library) = with_triangle(|d| {
         d["images"] = json!([png([200, 100, 50, 7], 2), png([1, 2, 3, 90], 4)]);
         d["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
-        let uvs = push_accessor(d, &floats(&[0.0; 6]), json!({ "componentType": 5126, "count": 3, "type": "VEC2" }));
+        let uvs = push_floats(d, &[0.0; 6], "VEC2");
         d["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
         d["meshes"][0]["primitives"][0]["material"] = json!(0);
         d["extensionsUsed"] = json!(["KHR_materials_specular"]);

@@ -1,12 +1,8 @@
 //! Edges of what is much brighter than white: the picture shows how much of each pixel is covered.
 
 use crate::common::bumps::Stage;
-use glam::{Quat, Vec2, Vec3};
-use relief::renderer::{DebugView, PICTURE_FORMAT, picture_texture, read_texture};
+use crate::common::prelude::*;
 use systems::assets::color::linear_from_srgb;
-use systems::assets::{Material, Shading};
-use systems::draw::{Environment, ToneMap};
-use systems::space::Transform;
 
 const SIZE: (u32, u32) = (64, 48);
 /// Linear red, green and blue of the bar.

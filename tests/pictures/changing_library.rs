@@ -1,22 +1,9 @@
 //! Meshes, materials and images that come and go while renderers draw them: pictures equal those of a renderer that
 //! sees the world for the first time, and of a world that was made with what is there now; memory goes down.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec2, Vec3, Vec4};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Gpu, HeldBytes, Settings, SingleView};
-use std::collections::BTreeMap;
-use systems::Simulation;
-use systems::assets::{
-    AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, Texels, blocks, level_size,
-    shapes, tangents,
-};
-use systems::draw::Camera;
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::renderer::HeldBytes;
+use systems::assets::{Texels, blocks, level_size, tangents};
 
 const SIZE: (u32, u32) = (96, 54);
 
@@ -180,7 +167,7 @@ fn any<T: Copy>(random: &mut TestRng, all: &[T]) -> T {
 
 /// A scene of 24 objects, and who edits it.
 fn edited() -> (Scene, Editor) {
-    let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = random();
     let mut editor = Editor { random, meshes: Vec::new(), materials: Vec::new(), images: Vec::new() };
     let mut library = Library::default();
     for _ in 0..6 {

@@ -1,16 +1,8 @@
 //! Passes of the caller's own between those of a view.
 
-use crate::common;
-use glam::Vec3;
-use relief::renderer::{
-    Gpu, Occlusion, OutputSet, PICTURE_FORMAT, PassPlace, PassTargets, Renderer, Settings, ViewPlan, ViewState,
-    ViewTarget, picture_texture, read_texture,
-};
+use crate::common::{self, prelude::*};
+use relief::renderer::{PassPlace, PassTargets, ViewState, ViewTarget};
 use std::cell::RefCell;
-use systems::Simulation;
-use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
-use systems::draw::{Camera, Environment, ToneMap, View};
-use systems::space::{GlobalTransform, Transform};
 
 const SIZE: (u32, u32) = (48, 32);
 
@@ -107,11 +99,9 @@ impl Stage {
         simulation.world.insert_resource(sky);
         let mut library = simulation.world.resource_mut::<Library>();
         let cube = library.add_mesh(shapes::cube(Vec3::new(100.0, 100.0, 2.0)));
-        let flat = |base: Vec3, alpha, opacity| Material {
-            base_factor: base.extend(opacity),
-            shading: Shading::Unlit,
-            alpha,
-            ..Material::default()
+        let flat = |base: Vec3, alpha, opacity| {
+            let base_factor = base.extend(opacity);
+            Material { base_factor, alpha, ..Material::new(Shading::Unlit) }
         };
         let white = library.add_material(flat(Vec3::ONE, AlphaMode::Opaque, 1.0));
         let green = library.add_material(flat(Vec3::Y, AlphaMode::Blend, 0.5));
@@ -127,24 +117,24 @@ impl Stage {
         }
     }
 
+    fn prepare(&mut self, settings: Settings) {
+        self.simulation.frame();
+        let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), SIZE.0, SIZE.1);
+        let mut views = [(&mut self.state, ViewPlan { view, settings })];
+        self.simulation.with_frame(|frame| self.renderer.prepare(frame, &mut views)).expect("it fits");
+    }
+
     /// Colours of a pixel left and right in the upper, and in the lower half; red, green and blue.
     fn draw(&mut self, settings: Settings, place: PassPlace, depth: Option<f32>) -> [[u8; 3]; 4] {
         let gpu = self.renderer.gpu().clone();
-        self.simulation.frame();
-        let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), SIZE.0, SIZE.1);
-        let plan = ViewPlan { view, settings };
-        self.simulation
-            .with_frame(|frame| self.renderer.prepare(frame, &mut [(&mut self.state, plan)]))
-            .expect("it fits");
+        self.prepare(settings);
         let target = self.picture.create_view(&Default::default());
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let own = |encoder: &mut wgpu::CommandEncoder, targets: &PassTargets<'_>| {
             assert_eq!(targets.size, SIZE);
             draw_half(&gpu, encoder, targets, depth);
         };
         let view = ViewTarget::new(&mut self.state, &target, PICTURE_FORMAT).with_pass(place, own);
-        self.renderer.encode(&mut encoder, &mut [view]);
-        gpu.queue.submit([encoder.finish()]);
+        common::encode(&mut self.renderer, &mut [view]);
         let bytes = read_texture(&gpu, &self.picture);
         gpu.check().expect("nothing was refused");
         let pixel = |x: u32, y: u32| {
@@ -237,23 +227,15 @@ fn an_empty_pass_changes_nothing() {
     for settings in settings() {
         for place in [PassPlace::AfterOpaque, PassPlace::AfterBlended, PassPlace::AfterToneMap] {
             let mut stage = Stage::new(&gpu, true);
-            stage.simulation.frame();
-            let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), SIZE.0, SIZE.1);
             let pictures = [false, true].map(|own| {
-                let plan = ViewPlan { view: view.clone(), settings };
-                stage
-                    .simulation
-                    .with_frame(|frame| stage.renderer.prepare(frame, &mut [(&mut stage.state, plan)]))
-                    .expect("it fits");
+                stage.prepare(settings);
                 let target = stage.picture.create_view(&Default::default());
-                let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 let called = RefCell::new(0);
                 let mut view = ViewTarget::new(&mut stage.state, &target, PICTURE_FORMAT);
                 if own {
                     view = view.with_pass(place, |_, _| *called.borrow_mut() += 1);
                 }
-                stage.renderer.encode(&mut encoder, &mut [view]);
-                gpu.queue.submit([encoder.finish()]);
+                common::encode(&mut stage.renderer, &mut [view]);
                 assert_eq!(called.into_inner(), i32::from(own));
                 read_texture(&gpu, &stage.picture)
             });

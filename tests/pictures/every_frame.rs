@@ -1,11 +1,7 @@
 //! A frame shows the world as it is, whether or not there were frames before.
 
-use bevy_ecs::prelude::*;
-use relief::session::{LoadOptions, Session};
-use std::collections::BTreeMap;
-use std::path::Path;
-use systems::lights::{LightLists, SelectedLights, Selection};
-use systems::space::GlobalTransform;
+use crate::common::prelude::*;
+use systems::lights::{LightLists, Selection};
 
 /// A place, and lights: what is chosen and, beyond the first three, listed. Where a list lies depends on the frames
 /// before.

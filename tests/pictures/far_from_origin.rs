@@ -1,13 +1,7 @@
 //! Far from the origin a scene looks as it does there: what is drawn counts from the eye.
 
-use crate::common;
 use crate::common::bumps::{Stage, hills};
-use glam::{Quat, Vec2, Vec3};
-use relief::frames::Headless;
-use relief::session::{LoadOptions, Session};
-use systems::assets::{Material, Technique, shapes};
-use systems::draw::{Camera, Environment};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
 
 /// Hills on a square and a ball before them, close to the eye, under three lights and a sky, moved by `origin`.
 fn stage(origin: Vec3) -> Option<Stage> {
@@ -52,12 +46,9 @@ fn the_picture_is_the_same_kilometres_away() {
 
 /// A scene file with that text, drawn as it is when it was loaded and after some steps.
 fn drawn(text: &str) -> Option<[image::RgbaImage; 2]> {
-    common::gpu()?;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.ron");
-    std::fs::write(&path, text).expect("written");
+    let folder = with_gpu(|| common::scene_folder(text))?;
     let options = LoadOptions { cache: false, ..LoadOptions::default() };
-    let mut stage = Session::load(&path, &options).expect("a scene");
+    let mut stage = Session::load(&folder.at("scene.ron"), &options).expect("a scene");
     let mut headless = Headless::new().expect("an adapter");
     let mut draw =
         |stage: &mut Session| headless.draw(&mut stage.simulation, stage.viewpoint, (160, 90)).expect("a picture");

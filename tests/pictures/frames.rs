@@ -1,16 +1,9 @@
 //! Costs of frames: draws, and bytes uploaded, for generated scenes.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec2, Vec3};
-use relief::frames::Headless;
-use relief::renderer::{Settings, SingleView};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
-use systems::draw::{Camera, InstanceRecord};
-use systems::lights::{Light, LightPolicies, LightPolicy, PackedLight};
-use systems::space::Transform;
+use crate::common::{self, headless, prelude::*};
+use systems::assets::texture_memory;
+use systems::draw::InstanceRecord;
+use systems::lights::PackedLight;
 
 const SIZE: (u32, u32) = (32, 18);
 
@@ -50,13 +43,23 @@ impl Field {
         let eye = Transform::from_xyz(100.0, 400.0, 300.0).looking_at(Vec3::new(100.0, 0.0, -100.0), Vec3::Y);
         let camera = simulation.world.spawn((Camera::default(), eye)).id();
         simulation.world.spawn((Light::directional(1.0), Transform::default().looking_to(Vec3::NEG_Y, Vec3::X)));
-        let headless = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
-        Some(Self { simulation, headless, camera, objects })
+        Some(Self { simulation, headless: headless(&gpu), camera, objects })
     }
 
     fn draw(&mut self) -> (relief::renderer::RenderStats, image::RgbaImage) {
         let picture = self.headless.draw(&mut self.simulation, self.camera, SIZE).expect("a picture");
         (self.headless.renderer.stats(), picture)
+    }
+
+    fn height(&mut self, object: Entity) -> Mut<'_, f32> {
+        let place = self.simulation.world.get_mut::<Transform>(object).expect("a place");
+        place.map_unchanged(|place| &mut place.translation.y)
+    }
+
+    /// The picture of a renderer that saw nothing before.
+    fn draw_afresh(&mut self) -> image::RgbaImage {
+        let mut fresh = headless(self.headless.renderer.gpu());
+        fresh.draw(&mut self.simulation, self.camera, SIZE).expect("a picture")
     }
 
     /// Prepares the world's last frame; true if it is to be drawn.
@@ -76,11 +79,8 @@ impl Field {
 fn ten_thousand_objects_draw_in_few_calls_and_a_still_frame_uploads_nothing() {
     let Some(mut field) = Field::new(10_000) else { return };
     let (first, _) = field.draw();
-    assert_eq!(
-        (first.draws, first.draw_calls),
-        (8, 2),
-        "one per mesh in either phase: all materials share one pipeline"
-    );
+    let told = "one per mesh in either phase: all materials share one pipeline";
+    assert_eq!((first.draws, first.draw_calls), (8, 2), "{told}");
     let pages = 4 * 2_500u64.div_ceil(64);
     assert!(first.instance_bytes <= pages * 64 * size_of::<InstanceRecord>() as u64, "{}", first.instance_bytes);
     let (still, _) = field.draw();
@@ -94,7 +94,7 @@ fn what_moves_is_uploaded_and_nothing_else() {
     field.draw();
     let record = size_of::<InstanceRecord>() as u64;
     for object in [7, 900, 1_999] {
-        field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 1.0;
+        *field.height(field.objects[object]) = 1.0;
     }
     let (moved, _) = field.draw();
     assert_eq!((moved.instance_bytes, moved.list_bytes, moved.asset_bytes), (3 * record, 0, 0));
@@ -109,12 +109,12 @@ fn what_moves_is_uploaded_and_nothing_else() {
 
 #[test]
 fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
-    let (Some(mut field), Some(gpu)) = (Field::new(10_000), common::gpu()) else { return };
+    let Some(mut field) = Field::new(10_000) else { return };
     field.draw();
     let move_some = |field: &mut Field, first: usize, height: f32| {
         let some: Vec<Entity> = field.objects.iter().copied().skip(first).step_by(151).collect();
         for &object in &some {
-            field.simulation.world.get_mut::<Transform>(object).expect("a place").translation.y = height;
+            *field.height(object) = height;
         }
         some.len() as u64
     };
@@ -128,18 +128,16 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
         field.prepare(&Settings::default());
     }
     for object in [20, 171] {
-        field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
+        *field.height(field.objects[object]) = 30.0;
     }
     let (_, seen) = field.draw();
-    let fresh = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
-    field.headless = fresh;
-    assert!(field.draw().1 == seen);
+    assert!(field.draw_afresh() == seen);
 }
 
 #[test]
 fn a_table_that_grows_takes_the_others_along() {
     // Each table fits into the one row that it has at first.
-    let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
+    let Some(mut field) = Field::new(300) else { return };
     let (_, before) = field.draw();
     // More than the 819 lights of a row, and no object near them.
     let lamps = 2_000;
@@ -159,8 +157,7 @@ fn a_table_that_grows_takes_the_others_along() {
     let record = size_of::<InstanceRecord>() as u64;
     assert!((2_000 * record..2_300 * record).contains(&more.instance_bytes), "{}", more.instance_bytes);
     assert!(seen != before);
-    field.headless.renderer = SingleView::new(&gpu);
-    assert!(field.draw().1 == seen);
+    assert!(field.draw_afresh() == seen);
 }
 
 #[test]
@@ -168,8 +165,8 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
     let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
     let mut late = SingleView::new(&gpu);
     for frame in 0..5 {
-        for (i, &object) in field.objects.iter().enumerate().skip(frame).step_by(3) {
-            field.simulation.world.get_mut::<Transform>(object).expect("a place").translation.y = i as f32 * 0.1;
+        for (i, object) in field.objects.clone().into_iter().enumerate().skip(frame).step_by(3) {
+            *field.height(object) = i as f32 * 0.1;
         }
         let (_, seen) = field.draw();
         if frame == 1 || frame == 4 {
@@ -202,9 +199,9 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     let levels = LevelOfDetail { max_error_pixels: 4.0, ..still.levels };
     assert!(prepare(&mut field, &Settings { levels, ..still }), "other levels of detail");
     assert!(prepare(&mut field, &still), "and back");
-    field.simulation.world.get_mut::<Transform>(field.objects[3]).expect("a place").translation.y = 0.5;
+    *field.height(field.objects[3]) = 0.5;
     assert!(prepare(&mut field, &still), "an object moved");
-    field.simulation.world.get_mut::<Transform>(field.camera).expect("a place").translation.y += 1.0;
+    *field.height(field.camera) += 1.0;
     assert!(prepare(&mut field, &still), "the camera moved");
     field.simulation.world.resource_mut::<systems::draw::Environment>().ambient = Vec3::ONE;
     assert!(prepare(&mut field, &still), "the environment changed");
@@ -223,7 +220,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
 fn what_was_prepared_and_not_drawn_is_still_to_be_drawn() {
     let Some(mut field) = Field::new(40) else { return };
     field.draw();
-    field.simulation.world.get_mut::<Transform>(field.objects[3]).expect("a place").translation.y = 20.0;
+    *field.height(field.objects[3]) = 20.0;
     for _ in 0..2 {
         field.simulation.frame();
         assert!(field.prepare(&Settings::default()));
@@ -232,7 +229,7 @@ fn what_was_prepared_and_not_drawn_is_still_to_be_drawn() {
 
 #[test]
 fn images_that_come_one_by_one_are_uploaded_once_each() {
-    let (Some(mut field), Some(gpu)) = (Field::new(30), common::gpu()) else { return };
+    let Some(mut field) = Field::new(30) else { return };
     field.draw();
     // Not a power of two: levels of odd sizes are copied, too.
     let (width, height) = (20, 12);
@@ -249,8 +246,7 @@ fn images_that_come_one_by_one_are_uploaded_once_each() {
         assert_eq!(stats.asset_bytes, bytes as u64, "image {i}");
     }
     let (_, seen) = field.draw();
-    let mut fresh = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
-    assert!(fresh.draw(&mut field.simulation, field.camera, SIZE).expect("a picture") == seen);
+    assert!(field.draw_afresh() == seen);
 }
 
 #[test]
@@ -315,8 +311,7 @@ fn texels_that_are_not_kept_are_held_by_one_renderer_alone() {
     let new = field.draw().1;
     assert!(new != old, "it is seen");
     assert!(new == kept.draw().1);
-    let mut other =
-        Headless { renderer: SingleView::new(field.headless.renderer.gpu()), settings: Settings::default() };
+    let mut other = headless(field.headless.renderer.gpu());
     let refused = other.draw(&mut field.simulation, field.camera, SIZE).expect_err("no texels").to_string();
     assert!(refused.starts_with("texels of image \"white colour\" were released"), "{refused}");
     assert!(other.draw(&mut kept.simulation, kept.camera, SIZE).expect("a picture") == new);

@@ -1,13 +1,8 @@
 //! Pictures with known answers: what one pixel must be, worked out by hand.
 
-use crate::common;
 use crate::common::square::{SIZE, Square, assert_near, matte};
-use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::renderer::{DebugView, Gpu, OutputSet};
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, Shading, Technique, shapes};
-use systems::draw::{Environment, ToneMap};
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use glam::Affine2;
 
 #[test]
 fn phong_and_blinn_highlights_are_not_coloured_by_the_base() {
@@ -133,15 +128,20 @@ fn back_faces_are_culled_or_lit_from_their_own_side() {
     assert_near(square.middle(), Vec3::ONE);
 }
 
+/// A normal map that leans by an angle toward +U.
+fn leaning(square: &mut Square, lean: f32) -> Map {
+    let byte = |v: f32| (v * 127.5 + 127.5).round() as u8;
+    let texel = vec![byte(lean.sin()), 128, byte(lean.cos()), 255];
+    square.add_image(Image::rgba8("leaning", 1, 1, ImageKind::Normal, texel))
+}
+
 #[test]
 fn a_mirrored_object_still_shows_its_front_and_its_relief() {
     // A normal map that leans 30° toward +U, lit from +X: brighter than flat. Mirrored in X, it leans toward −X:
     // darker.
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     let (lean, light) = (30f32.to_radians(), 45f32.to_radians());
-    let byte = |v: f32| (v * 127.5 + 127.5).round() as u8;
-    let texel = vec![byte(lean.sin()), 128, byte(lean.cos()), 255];
-    let map = square.add_image(Image::rgba8("leaning", 1, 1, ImageKind::Normal, texel));
+    let map = leaning(&mut square, lean);
     square.edit(|m| m.normal_map = Some(map));
     square.light(Light::directional(1.0), Transform::from_rotation(Quat::from_rotation_y(light)));
     // Half a step of 8 bits, 1/255, in each component of the normal: √3/255, and 2⁻¹⁰ for half floats.
@@ -160,9 +160,7 @@ fn a_mirrored_object_still_shows_its_front_and_its_relief() {
 fn relief_turns_with_its_uv_transform_and_follows_its_uv_set() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     let (lean, light) = (30f32.to_radians(), 45f32.to_radians());
-    let byte = |v: f32| (v * 127.5 + 127.5).round() as u8;
-    let texel = vec![byte(lean.sin()), 128, byte(lean.cos()), 255];
-    let map = square.add_image(Image::rgba8("leaning", 1, 1, ImageKind::Normal, texel));
+    let map = leaning(&mut square, lean);
     square.light(Light::directional(1.0), Transform::from_rotation(Quat::from_rotation_y(light)));
     // A normal of 8 bits, √3/255, and half floats, 2⁻¹⁰.
     let near = |got: Vec4, wanted: f32, what: &str| assert!((got.x - wanted).abs() < 0.01, "{what}: {got} {wanted}");

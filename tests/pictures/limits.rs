@@ -1,16 +1,9 @@
 //! Scenes too large for the device. As much as fits is drawn, more is refused with an error that says what, and the
 //! renderer goes on. The devices here allow less than the adapter does.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::Vec3;
-use relief::renderer::{Gpu, OutputSet, RenderError, Settings, SingleView};
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, MeshId, shapes};
-use systems::draw::{Camera, DrawList, InstanceRecord};
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::renderer::RenderError;
+use systems::draw::{DrawList, InstanceRecord};
 
 /// A device with lower limits.
 fn lowered(lower: impl FnOnce(&mut wgpu::Limits)) -> Option<Gpu> {
@@ -26,6 +19,11 @@ fn lowered(lower: impl FnOnce(&mut wgpu::Limits)) -> Option<Gpu> {
 /// Buffers of no more than 64 KiB.
 fn small_buffers() -> Option<Gpu> {
     lowered(|limits| (limits.max_buffer_size, limits.max_storage_buffer_binding_size) = (1 << 16, 1 << 16))
+}
+
+/// Textures of no more than 4096 texels along a side.
+fn small_textures() -> Option<Gpu> {
+    lowered(|limits| limits.max_texture_dimension_2d = 4096)
 }
 
 struct Scene {
@@ -49,6 +47,16 @@ impl Scene {
     fn spawn(&mut self, first: usize, count: usize) -> Vec<Entity> {
         let place = |i: usize| Transform::from_xyz((i % 128) as f32 * 2.0 - 128.0, 0.0, (i / 128) as f32 * 2.0 - 128.0);
         (first..first + count).map(|i| self.simulation.world.spawn((self.cube, place(i))).id()).collect()
+    }
+
+    /// One of a material with a map so wide.
+    fn spawn_striped(&mut self, number: usize, width: u32) {
+        let mut library = self.simulation.world.resource_mut::<Library>();
+        let texels = [200, 100, 50, 255].repeat(width as usize);
+        let image = library.add_image(Image::rgba8("stripes.png", width, 1, ImageKind::Color, texels));
+        let material = library.add_material(Material { base_map: Some(Map::new(image)), ..Material::default() });
+        let cube = self.spawn(number, 1)[0];
+        self.simulation.world.entity_mut(cube).insert(material);
     }
 
     fn draw(&mut self, renderer: &mut SingleView) -> Result<image::RgbaImage, RenderError> {
@@ -84,19 +92,14 @@ fn a_list_grows_to_the_last_byte_and_no_further() {
 
 #[test]
 fn what_is_refused_leaves_no_targets_of_another_kind() {
-    let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
+    let Some(small) = small_textures() else { return };
     let settings = Settings { samples: 1, ..Settings::default() };
     let mut renderer = SingleView::new(&small);
     let mut scene = Scene::new();
     scene.spawn(0, 1000);
     let full = scene.draw_with(&mut renderer, &settings).expect("it fits");
     // Its map is too large, and there are no targets with four samples yet.
-    let mut library = scene.simulation.world.resource_mut::<Library>();
-    let image = Image::rgba8("stripes.png", 4097, 1, ImageKind::Color, [200, 100, 50, 255].repeat(4097));
-    let base_map = Some(Map::new(library.add_image(image)));
-    let striped = library.add_material(Material { base_map, ..Material::default() });
-    let object = scene.spawn(1000, 1)[0];
-    scene.simulation.world.entity_mut(object).insert(striped);
+    scene.spawn_striped(1000, 4097);
     assert!(scene.draw_with(&mut renderer, &Settings::default()).is_err(), "too large a map");
     // A draw all the same gives nothing, until something was prepared.
     assert_eq!(renderer.draw_picture().dimensions(), (0, 0));
@@ -119,16 +122,11 @@ fn a_mesh_that_is_too_large_is_refused() {
 
 #[test]
 fn a_map_that_is_too_large_is_refused_by_its_name() {
-    let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
+    let Some(small) = small_textures() else { return };
     for (width, fits) in [(4096, true), (4097, false)] {
         let mut renderer = SingleView::new(&small);
         let mut scene = Scene::new();
-        let mut library = scene.simulation.world.resource_mut::<Library>();
-        let texels = [200, 100, 50, 255].repeat(width as usize);
-        let image = library.add_image(Image::rgba8("stripes.png", width, 1, ImageKind::Color, texels));
-        let material = library.add_material(Material { base_map: Some(Map::new(image)), ..Material::default() });
-        let cube = scene.spawn(0, 1)[0];
-        scene.simulation.world.entity_mut(cube).insert(material);
+        scene.spawn_striped(0, width);
         let drawn = scene.draw(&mut renderer).map_err(|error| error.to_string());
         let refused =
             "too large for this graphics adapter: image \"stripes.png\" of 4097x1 texels, at most 4096 along a side";
@@ -152,7 +150,7 @@ fn pixels_read_at_most_eleven_textures() {
 
 #[test]
 fn more_objects_than_the_largest_texture_holds_are_refused() {
-    let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
+    let Some(small) = small_textures() else { return };
     // The tables of lights, materials and lists of lights have a row each.
     let most = 4093 * 4096 * 16 / size_of::<InstanceRecord>();
     let mut scene = Scene::new();

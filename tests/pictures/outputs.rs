@@ -1,17 +1,7 @@
 //! Outputs of a view: drawn with the picture or after it, read back together, and picked at a pixel.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{Gpu, Occlusion, OutputSet, Outputs, Picked, Settings, SingleView, read_texture};
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::{AlphaMode, Library, Material, MeshId, Technique, shapes};
-use systems::draw::{Camera, View};
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::renderer::{Outputs, Picked};
 
 const SIZE: (u32, u32) = (70, 45);
 
@@ -29,7 +19,7 @@ impl Scene {
 
     fn of(alphas: [AlphaMode; 4]) -> Self {
         let mut simulation = Simulation::new();
-        let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let mut random = random();
         let camera = simulation.world.spawn(Camera::default()).id();
         simulation.world.spawn(Light::directional(2.0));
         let mut library = simulation.world.resource_mut::<Library>();

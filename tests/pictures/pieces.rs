@@ -1,22 +1,11 @@
 //! Large objects, drawn in pieces: the same picture, no cracks, no seams, and one object to everything but the lights.
 
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
+use crate::common::{self, prelude::*};
 use image::Rgba;
-use relief::frames::{self, Headless};
-use relief::renderer::{Settings, SingleView};
+use relief::frames;
 use relief::scene;
-use relief::session::{LoadOptions, Session};
-use relief::viewpoint::Viewpoint;
-use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, MeshId, shapes};
-use systems::draw::pieces::{Pieces, WholeMesh, draw_in_pieces};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
-use systems::lights::{LUMINANCE, Light, LightPolicies, LightPolicy};
-use systems::space::Transform;
+use systems::draw::pieces::{Pieces, WholeMesh};
+use systems::lights::LUMINANCE;
 
 /// A world with one object and a camera, and what draws it.
 struct Stage {
@@ -29,16 +18,7 @@ struct Stage {
 impl Stage {
     fn new(mesh: Mesh, camera: (Camera, Transform), samples: u32) -> Option<Self> {
         let gpu = common::gpu()?;
-        let mut simulation = Simulation::new();
-        let dark = Vec3::ZERO;
-        simulation.world.insert_resource(Environment {
-            ambient: dark,
-            zenith: dark,
-            horizon: dark,
-            ground: dark,
-            exposure: 1.0,
-            tone_map: ToneMap::Clamp,
-        });
+        let mut simulation = common::dark_world();
         let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
         let object = simulation.world.spawn(mesh).id();
         let camera = simulation.world.spawn(camera).id();
@@ -121,10 +101,8 @@ fn under_all_lights_whole_and_pieces_look_the_same() {
                     let (least, most) = around.fold((255, 0), |(least, most), v| (v.min(least), v.max(most)));
                     let moved = (f32::from(most - least) * rounding).ceil() as u8;
                     let range = least.saturating_sub(1 + moved)..=most.saturating_add(1 + moved);
-                    assert!(
-                        range.contains(&found),
-                        "mesh {i}, ({x}, {y}): {found}, {expected} whole, {range:?} around"
-                    );
+                    let told = || format!("mesh {i}, ({x}, {y}): {found}, {expected} whole, {range:?} around");
+                    assert!(range.contains(&found), "{}", told());
                 }
             }
         }
@@ -208,20 +186,10 @@ fn seams_shrink_with_the_pieces() {
     assert!(coarse > 2.0 * fine && coarse_error > 2.0 * fine_error, "5 m: {coarse}, {coarse_error}");
 }
 
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
-    let path = folder.path().join(name);
-    std::fs::write(&path, text).expect("written");
-    path
-}
-
 fn load(text: &str) -> (Simulation, scene::LoadedScene) {
     let mut simulation = Simulation::new();
-    let folder = folder();
-    let loaded = scene::load(&write(&folder, "scene.ron", text), &mut simulation);
+    let folder = Folder::new();
+    let loaded = scene::load(&folder.file("scene.ron", text), &mut simulation);
     (simulation, loaded.unwrap_or_else(|e| panic!("{e}")))
 }
 
@@ -287,12 +255,12 @@ fn a_scene_says_how_long_pieces_are() {
 
 #[test]
 fn what_makes_no_sense_is_refused_and_too_many_pieces_are_warned_of() {
-    let folder = folder();
+    let folder = Folder::new();
     let text = r#"(
         piece_metres: -1,
         entities: [(piece_metres: 1e9)],
     )"#;
-    let problems = scene::check(&write(&folder, "scene.ron", text), Simulation::new).into_iter().map(|p| p.to_string());
+    let problems = scene::check(&folder.file("scene.ron", text), Simulation::new).into_iter().map(|p| p.to_string());
     let problems: Vec<String> = problems.map(|p| p.rsplit('/').next().unwrap_or_default().to_owned()).collect();
     assert_eq!(
         problems,
@@ -337,9 +305,9 @@ fn model(lights: usize) -> String {
 #[test]
 fn a_model_as_a_scene_comes_in_pieces_where_it_has_many_lights() {
     for (lights, pieces) in [(4, 13 * 13), (3, 0)] {
-        let folder = folder();
+        let folder = Folder::new();
         let mut simulation = Simulation::new();
-        scene::load(&write(&folder, "model.gltf", &model(lights)), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+        scene::load(&folder.file("model.gltf", model(lights)), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(pieces_by_name(&mut simulation), [("floor".to_owned(), pieces)], "{lights} lights");
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, pieces.max(1) as u32);
@@ -348,8 +316,7 @@ fn a_model_as_a_scene_comes_in_pieces_where_it_has_many_lights() {
 
 #[test]
 fn ids_and_their_names_are_the_objects() {
-    let Some(_) = common::gpu() else { return };
-    let folder = folder();
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let text = format!(
         r#"(meshes: {{ "floor": plane(size: (20, 20)) }},
             entities: [
@@ -361,7 +328,7 @@ fn ids_and_their_names_are_the_objects() {
     let job = frames::FrameJob {
         run: frames::RunJob {
             lights: Some(LightPolicy::Three),
-            ..frames::RunJob::new(write(&folder, "scene.ron", &text))
+            ..frames::RunJob::new(folder.file("scene.ron", &text))
         },
         folder: folder.path().to_owned(),
         size: (32, 32),
@@ -383,20 +350,18 @@ fn ids_and_their_names_are_the_objects() {
 
 /// The street, its objects in pieces or whole.
 fn street(gpu: &relief::renderer::Gpu, in_pieces: bool) -> Stage {
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
-    let text = std::fs::read_to_string(assets.join("scenes/street.ron")).expect("the street");
-    let text = text.replace("../", &format!("{}/", assets.display()));
+    let text = fs::read_to_string(asset("scenes/street.ron")).expect("the street");
+    let text = text.replace("../", &format!("{}", asset("").display()));
     // The first is the scene's, the others are entities'.
     let lengths = ["piece_metres: 2.5", "piece_metres: 1.25", "piece_metres: 1.5"];
     assert!(lengths.iter().all(|length| text.contains(length)));
     let is_whole = |text: String, length: &&str| text.replace(length, "piece_metres: 0");
     let text = if in_pieces { text } else { lengths.iter().fold(text, is_whole) };
-    let folder = folder();
-    let stage = frames::load_session(&write(&folder, "street.ron", &text), Some("along"), &LoadOptions::default());
+    let folder = Folder::new();
+    let stage = frames::load_session(&folder.file("street.ron", &text), Some("along"), &LoadOptions::default());
     let Session { simulation, viewpoint, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
     let Viewpoint::Camera(camera) = viewpoint else { panic!("a camera of the scene") };
-    let headless = Headless { renderer: SingleView::new(gpu), settings: Settings::default() };
-    Stage { simulation, headless, camera, object: camera }
+    Stage { simulation, headless: common::headless(gpu), camera, object: camera }
 }
 
 #[test]

@@ -1,22 +1,9 @@
 //! Camera sensors against what is known of their every pixel.
 
-use crate::common::{self, dark_world, unlit};
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sense::{CameraCapture, SensorSuite};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Library, Material, MeshId, shapes};
-use systems::draw::{Camera, Environment, Intrinsics, Projection, View};
-use systems::lights::Light;
-use systems::run::registry::{EntityRegistry, register_all};
-use systems::sensors::{CameraOutput, CameraOutputs, CameraSensor, Class, Instance, Lens, Sensor};
-use systems::space::{GlobalTransform, Transform};
+use crate::common::{self, dark_world, prelude::*, unlit};
+use relief::renderer::ViewBatches;
+use relief::sense::CameraCapture;
+use systems::sensors::{CameraOutputs, Class, Instance};
 
 const SIZE: (u32, u32) = (97, 64);
 
@@ -238,7 +225,7 @@ fn somewhere(random: &mut TestRng) -> Transform {
 #[test]
 fn a_cameras_bits_depend_on_nothing_that_is_captured_beside_it() {
     let Some(gpu) = common::gpu() else { return };
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let mut simulation = street(random, 60);
     let lens = |i: usize| {
         if i.is_multiple_of(3) { Lens::Pinhole(INTRINSICS) } else { Lens::FieldOfView { y: 0.6 + 0.01 * i as f32 } }
@@ -273,7 +260,7 @@ fn a_cameras_bits_depend_on_nothing_that_is_captured_beside_it() {
 #[test]
 fn colour_is_the_picture_that_a_camera_of_the_scene_has() {
     let Some(_) = common::gpu() else { return };
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let mut simulation = street(random, 40);
     let mut headless = Headless::new().expect("there is an adapter");
     for samples in [1, 4, 1, 4] {
@@ -334,7 +321,7 @@ fn shadows_do_not_depend_on_what_else_asks_for_maps() {
 #[test]
 fn a_few_objects_look_the_same_wherever_they_are_culled() {
     let Some(gpu) = common::gpu() else { return };
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let mut renderer = Renderer::new(&gpu);
     let mut batches = [(); 2].map(|()| ViewBatches::default());
     for round in 0..12 {

@@ -1,11 +1,6 @@
 //! The tone map of shaders, against the curves in double precision.
 
-use crate::common;
-use glam::{DVec3, Vec3};
-use relief::frames::Headless;
-use relief::prelude::{Camera, Simulation, Transform};
-use relief::renderer::{Settings, SingleView};
-use systems::draw::{Environment, ToneMap};
+use crate::common::{self, prelude::*};
 
 /// In steps of 8 bits, how far from exact arithmetic a device may be: 0.6 for encoding sRGB (Direct3D 11.3 functional
 /// specification, 3.2.3.7; Vulkan names no bound), and the rest for `log2` and `pow` in the curves. Of 16.5 stops that

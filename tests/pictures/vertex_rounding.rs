@@ -1,8 +1,7 @@
 //! Vertex rounding by the adapter's rasteriser is no more than culling allows for. Objects between samples are left out
 //! by that.
 
-use crate::common;
-use relief::renderer::{Gpu, read_texture};
+use crate::common::{self, prelude::*};
 
 /// Pixels along a row, two for each edge.
 const WIDTH: u32 = 2048;

@@ -1,21 +1,7 @@
 //! Several views of one world in a frame, through one renderer.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{
-    Occlusion, OutputSet, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState, ViewTarget,
-    VisibleCounts, picture_texture, read_texture,
-};
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Technique, shapes};
-use systems::draw::Camera;
-use systems::lights::Light;
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::renderer::{RenderStats, ViewState, ViewTarget, VisibleCounts};
 
 /// Size and settings of each view; the settings differ in all that targets and lists depend on.
 fn views() -> [((u32, u32), Settings); 3] {
@@ -43,15 +29,12 @@ impl Scene {
         let mut library = simulation.world.resource_mut::<Library>();
         let meshes = [shapes::cube(Vec3::ONE), shapes::sphere(0.5, 24, 16)].map(|shape| library.add_mesh(shape));
         let materials = [AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend].map(|alpha| {
-            library.add_material(Material {
-                base_factor: Vec3::new(0.8, 0.5, 0.3).extend(0.6),
-                alpha,
-                ..Material::default()
-            })
+            let base_factor = Vec3::new(0.8, 0.5, 0.3).extend(0.6);
+            library.add_material(Material { base_factor, alpha, ..Material::default() })
         });
         simulation.world.spawn(Light::directional(1.0));
         let cameras = [0, 1, 2].map(|_| simulation.world.spawn(Camera::default()).id());
-        let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let random = random();
         let mut scene = Self { simulation, cameras, objects: Vec::new(), meshes, materials, random };
         for _ in 0..count {
             scene.spawn();
@@ -68,12 +51,8 @@ impl Scene {
     fn place(&mut self) -> Transform {
         let mut number = || self.random.random::<f32>() * 2.0 - 1.0;
         let place = Vec3::new(number(), number() * 0.3, number()) * 12.0;
-        Transform::from_translation(place).with_rotation(Quat::from_euler(
-            glam::EulerRot::XYZ,
-            number() * 3.0,
-            number() * 3.0,
-            0.0,
-        ))
+        let turn = Quat::from_euler(EulerRot::XYZ, number() * 3.0, number() * 3.0, 0.0);
+        Transform::from_translation(place).with_rotation(turn)
     }
 
     /// Some objects and all cameras move, some objects come and go.
@@ -112,12 +91,10 @@ fn draw(
     let gpu = renderer.gpu().clone();
     let textures: Vec<_> = sizes.into_iter().map(|size| picture_texture(&gpu, size)).collect();
     let targets: Vec<_> = textures.iter().map(|texture| texture.create_view(&Default::default())).collect();
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut views: Vec<_> =
-        states.iter_mut().zip(&targets).map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)).collect();
-    renderer.encode(&mut encoder, &mut views);
+    let views = states.iter_mut().zip(&targets);
+    let mut views: Vec<_> = views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)).collect();
+    common::encode(renderer, &mut views);
     drop(views);
-    gpu.queue.submit([encoder.finish()]);
     let pictures = textures.iter().map(|texture| read_texture(&gpu, texture));
     pictures.zip(states).map(|(picture, state)| (picture, renderer.read_visible_counts(state))).collect()
 }
@@ -214,10 +191,8 @@ fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
     let mut renderer = Renderer::new(&gpu);
     let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
     draw(&mut renderer, &mut states, &mut scene, &[0, 1]);
-    assert!(
-        renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_some()
-            && renderer.read_visible_counts(&states[1]).objects > 0
-    );
+    assert!(renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_some());
+    assert!(renderer.read_visible_counts(&states[1]).objects > 0);
     (0..200).for_each(|_| scene.spawn());
     let torus = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::torus(0.5, 0.2, 8, 6));
     scene.simulation.world.spawn((torus, scene.materials[1]));
@@ -229,9 +204,7 @@ fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
     let picture = picture_texture(&gpu, views()[1].0);
     let target = picture.create_view(&Default::default());
     let record = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let view = ViewTarget::new(&mut states[1], &target, PICTURE_FORMAT);
-        renderer.encode(&mut encoder, &mut [view]);
+        common::encode(&mut renderer, &mut [ViewTarget::new(&mut states[1], &target, PICTURE_FORMAT)]);
     }));
     assert!(record.is_err(), "refused");
 }

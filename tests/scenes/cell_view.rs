@@ -1,15 +1,8 @@
 //! The debug view of cells: surfaces in the colours of their cells, and portals as outlines.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Vec2, Vec3};
-use relief::frames::Headless;
-use relief::renderer::{DebugView, Settings, SingleView};
-use systems::Simulation;
-use systems::assets::{Library, shapes};
+use crate::common::{self, prelude::*};
 use systems::cells::{Cell, Cells, OUTSIDE, Opening, Portal};
-use systems::draw::{Camera, Projection, View};
-use systems::space::{Aabb, GlobalTransform, Transform};
+use systems::space::Aabb;
 
 const SIZE: (u32, u32) = (160, 120);
 

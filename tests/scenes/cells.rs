@@ -69,77 +69,53 @@ fn far_from_zero_they_count_from_the_origin() {
     assert_eq!(cells(&far.replacen('(', "(origin: (500000, 0, 0),", 1)), cells(ROOMS));
 }
 
+/// Scenes with a fault or a doubt each; `A` stands for a cell, `P` for a polygon on its border.
+const PROBLEMS: &str = r##"
+    (cells: {"a": ()}) → cells["a"]: expected either box or hull
+    (cells: {"a": (box: ((0, 0, 0), (4, 0, 4)))})
+    → cells["a"].box: expected the least and the largest corner, found [0.0, 0.0, 0.0] and [4.0, 0.0, 4.0]
+    (cells: {"a": (hull: "b")}) → cells["a"].hull: unknown mesh "b"; none are defined
+    (cells: {"outside": (box: ((0, 0, 0), (4, 3, 4)))})
+    → cells["outside"]: reserved name: outside is what lies in no cell
+    (cells: {A}, portals: [(between: ("a", "aa"), P)])
+    → portals[0].between: unknown cell "aa"; did you mean "a"?
+    (cells: {A}, portals: [(between: ("a", "a"), P)]) → portals[0].between: expected two different cells
+    (cells: {A}, portals: [(between: ("a", "outside"), polygon: [(4, 0, 1)])])
+    → portals[0].polygon: expected from 3 to 64 corners, found 1
+    (cells: {A}, portals: [(between: ("a", "outside"), P, door: (leaf: "b"))])
+    → portals[0].door.leaf: unknown entity "b"; none are defined
+    (cells: {A}, entities: [(name: "b", camera: ())], portals: [
+        (between: ("a", "outside"), P, door: (leaf: "b")),
+        (between: ("a", "outside"), P, door: ()),
+        (between: ("outside", "a"), P, door: (leaf: "b", slide: (0, 1, 0)))])
+    → portals[2].door.leaf: expected a leaf of its own: another door moves it, too
+    (origin: (0, 0, 0), cells: {"a": (box: ((0, 0, 0), (4, 3, 40000)))})
+    → warning: cells[0] is up to 40.0 km from the origin (0, 0, 0): positions there are rounded to 3.9e-3 m; within 20
+      km they are precise
+    (cells: {A, "b": (box: ((3, 0, 0), (8, 3, 4)))})
+    → warning: cells["b"]: overlaps cells["a"] by 1.00 m; cells have to be disjoint
+    (meshes: {"ring": torus()}, cells: {"a": (hull: "ring")})
+    → warning: cells["a"]: expected a convex mesh, found one that is not, by
+    (meshes: {"m": cube(size: (0.01, 3, 4))}, cells: {A, "b": (box: ((4, 0, 0), (8, 3, 4)))},
+        entities: [(name: "wall", mesh: "m", transform: (translation: (4, 1.5, 2)))])
+    → warning: "wall" lies where cells "a" and "b" meet, and light of both reaches it; end cells within walls
+"##;
+
 #[test]
 fn what_cannot_be_is_refused_and_what_is_doubtful_told() {
-    let folder = Folder::new();
-    let box_a = "\"a\": (box: ((0, 0, 0), (4, 3, 4)))";
+    let folder = Folder::with_model();
+    let cell = "\"a\": (box: ((0, 0, 0), (4, 3, 4)))";
     let polygon = "polygon: [(4, 0, 1), (4, 0, 2), (4, 2, 2), (4, 2, 1)]";
-    for (text, expected) in [
-        ("(cells: {\"a\": ()})".to_owned(), "cells[\"a\"]: expected either box or hull"),
-        (
-            "(cells: {\"a\": (box: ((0, 0, 0), (4, 0, 4)))})".into(),
-            "cells[\"a\"].box: expected the least and the largest corner, found [0.0, 0.0, 0.0] and [4.0, 0.0, 4.0]",
-        ),
-        ("(cells: {\"a\": (hull: \"b\")})".into(), "cells[\"a\"].hull: unknown mesh \"b\"; none are defined"),
-        (
-            "(cells: {\"outside\": (box: ((0, 0, 0), (4, 3, 4)))})".into(),
-            "cells[\"outside\"]: reserved name: outside is what lies in no cell",
-        ),
-        (
-            format!("(cells: {{{box_a}}}, portals: [(between: (\"a\", \"aa\"), {polygon})])"),
-            "portals[0].between: unknown cell \"aa\"; did you mean \"a\"?",
-        ),
-        (
-            format!("(cells: {{{box_a}}}, portals: [(between: (\"a\", \"a\"), {polygon})])"),
-            "portals[0].between: expected two different cells",
-        ),
-        (
-            format!("(cells: {{{box_a}}}, portals: [(between: (\"a\", \"outside\"), polygon: [(4, 0, 1)])])"),
-            "portals[0].polygon: expected from 3 to 64 corners, found 1",
-        ),
-        (
-            format!("(cells: {{{box_a}}}, portals: [(between: (\"a\", \"outside\"), {polygon}, door: (leaf: \"b\"))])"),
-            "portals[0].door.leaf: unknown entity \"b\"; none are defined",
-        ),
-        (
-            format!(
-                "(cells: {{{box_a}}}, entities: [(name: \"b\", camera: ())], portals: [
-                (between: (\"a\", \"outside\"), {polygon}, door: (leaf: \"b\")),
-                (between: (\"a\", \"outside\"), {polygon}, door: ()),
-                (between: (\"outside\", \"a\"), {polygon}, door: (leaf: \"b\", slide: (0, 1, 0)))])"
-            ),
-            "portals[2].door.leaf: expected a leaf of its own: another door moves it, too",
-        ),
-        (
-            "(origin: (0, 0, 0), cells: {\"a\": (box: ((0, 0, 0), (4, 3, 40000)))})".into(),
-            "warning: cells[0] is up to 40.0 km from the origin (0, 0, 0): positions there are rounded to 3.9e-3 m; \
-             within 20 km they are precise",
-        ),
-        (
-            format!("(cells: {{{box_a}, \"b\": (box: ((3, 0, 0), (8, 3, 4)))}})"),
-            "warning: cells[\"b\"]: overlaps cells[\"a\"] by 1.00 m; cells have to be disjoint",
-        ),
-        (
-            "(meshes: {\"ring\": torus()}, cells: {\"a\": (hull: \"ring\")})".into(),
-            "warning: cells[\"a\"]: expected a convex mesh, found one that is not, by ",
-        ),
-        (
-            format!(
-                "(meshes: {{\"m\": cube(size: (0.01, 3, 4))}}, cells: {{{box_a}, \"b\": (box: ((4, 0, 0), (8, 3, 4)))}},
-                entities: [(name: \"wall\", mesh: \"m\", transform: (translation: (4, 1.5, 2)))])"
-            ),
-            "warning: \"wall\" lies where cells \"a\" and \"b\" meet, and light of both reaches it; end cells within walls",
-        ),
-    ] {
-        let problems = folder.problems(&text);
-        assert!(problems.len() == 1 && problems[0].contains(expected), "{text}\n{problems:?}");
+    for (text, expected) in cases(PROBLEMS) {
+        let problems = folder.problems(&text.replace('A', cell).replace('P', polygon));
+        assert!(problems.len() == 1 && problems[0].contains(&expected), "{text}\n{problems:?}");
     }
 }
 
 /// The quad of `MODEL` as a portal, and a tetrahedron as a cell.
 #[test]
 fn nodes_of_models_are_cells_and_portals_by_their_extras() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let model = |extras: &str| {
         MODEL.replace(r#""name": "panel", "mesh": 0,"#, &format!(r#""name": "panel", "mesh": 0, "extras": {extras},"#))
     };

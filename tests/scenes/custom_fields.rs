@@ -1,7 +1,6 @@
 //! Fields that a program adds to scene files: what they put into the world, and what is said of them.
 
 use super::*;
-use relief::scene::{EntityField, SceneField, SceneFields};
 use serde::Deserialize;
 
 #[derive(Component, Deserialize, Clone, PartialEq, Debug)]
@@ -85,7 +84,7 @@ fn values_are_on_the_entities_of_the_file() {
         ],
         generators: [(name: "g", place: grid(counts: (3, 1, 1)), entity: (buoy: (metres: 4, label: r"raw")))],
     )"#;
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let path = folder.file("scene.ron", text);
     let mut simulation = simulation();
     scene::load(&path, &mut simulation).unwrap_or_else(|e| panic!("{e}"));
@@ -112,48 +111,45 @@ fn problems(folder: &Folder, text: &str) -> Vec<String> {
     folder.problems_in(simulation, "scene.ron", text)
 }
 
+/// Faults of fields of a program.
+const FAULTS: &str = r##"
+    (entities: [(buoy: (metres: "big"))]) → 1:29: entities[0].buoy.metres: expected a number, found `"big"`
+    (entities: [
+      (),
+      (children: [(buoy: (
+        metres: 1, count: 2.5,
+      ))]),
+    ])
+    → 4:23: entities[1].children[0].buoy.count: expected a whole number, found `2.5`
+    (entities: [(buoy: (metres: 1, count: -1))]) → 1:39: entities[0].buoy.count: expected a whole number
+    (entities: [(buoy: 5)]) → 1:20: entities[0].buoy: expected fields in parentheses, ( … ), found `5`
+    (entities: [(buoy: (meters: 1))]) → 1:21: unknown field "meters"; did you mean "metres"?
+    (entities: [(buoy: (count: 1))]) → missing field "metres"
+    (entities: [(buoy: (metres: 1, kind: lid(seconds: 1)))]) → 1:38: unknown variant "lid"; did you mean "lit"?
+    (entities: [(buoy: (metres: 1, marks: [(1, 2)]))]) → entities[0].buoy.marks[0]: expected 3 values, found 2
+    (entities: [(buoy: (metres: 1,5))])
+    → 1:29: entities[0].buoy.metres: found `1,5`; use a decimal point, not a comma: 1.5
+    (entities: [(bouy: (metres: 1))]) → 1:14: unknown field "bouy"; did you mean "buoy"?
+    (entities: [(name: "x", trasform: ())]) → 1:25: unknown field "trasform"; did you mean "transform"?
+    (entities: [(r#bouy: 1)]) → 1:14: unknown field "bouy"; did you mean "buoy"?
+    (entities: [(buoy: (metres: 1), name: "x", buoy: (metres: 1))]) → 1:44: duplicate field "buoy"
+    (entities: [(name: "x", name: "y")]) → duplicate field "name"
+    (entities: [(buoy: (metres: 11))]) → 1:20: entities[0].buoy: expected metres from 0 to 10, found 11
+    (generators: [(place: grid(counts: (1, 1, 1)), entity: (buoy: // (
+     (metres: -1)))])
+    → 2:2: generators[0].entity.buoy: expected metres from 0 to 10, found -1
+    (tide: high) → 1:8: tide: expected a number, found `high`
+    (tide: inf) → 1:8: tide: expected a finite number
+    (tidal: 1) → 1:2: unknown field "tidal"; did you mean "tide"?
+    (buoy: (metres: 1)) → 1:2: unknown field "buoy"
+"##;
+
 #[test]
 fn faults_are_told_with_place_and_nearest_name() {
-    let folder = Folder::new();
-    for (text, expected) in [
-        (
-            "(entities: [(buoy: (metres: \"big\"))])",
-            "1:29: entities[0].buoy.metres: expected a number, found `\"big\"`",
-        ),
-        (
-            "(entities: [\n  (),\n  (children: [(buoy: (\n    metres: 1, count: 2.5,\n  ))]),\n])",
-            "4:23: entities[1].children[0].buoy.count: expected a whole number, found `2.5`",
-        ),
-        ("(entities: [(buoy: (metres: 1, count: -1))])", "1:39: entities[0].buoy.count: expected a whole number"),
-        ("(entities: [(buoy: 5)])", "1:20: entities[0].buoy: expected fields in parentheses, ( … ), found `5`"),
-        ("(entities: [(buoy: (meters: 1))])", "1:21: unknown field \"meters\"; did you mean \"metres\"?"),
-        ("(entities: [(buoy: (count: 1))])", "missing field \"metres\""),
-        (
-            "(entities: [(buoy: (metres: 1, kind: lid(seconds: 1)))])",
-            "1:38: unknown variant \"lid\"; did you mean \"lit\"?",
-        ),
-        ("(entities: [(buoy: (metres: 1, marks: [(1, 2)]))])", "entities[0].buoy.marks[0]: expected 3 values, found 2"),
-        (
-            "(entities: [(buoy: (metres: 1,5))])",
-            "1:29: entities[0].buoy.metres: found `1,5`; use a decimal point, not a comma: 1.5",
-        ),
-        ("(entities: [(bouy: (metres: 1))])", "1:14: unknown field \"bouy\"; did you mean \"buoy\"?"),
-        ("(entities: [(name: \"x\", trasform: ())])", "1:25: unknown field \"trasform\"; did you mean \"transform\"?"),
-        ("(entities: [(r#bouy: 1)])", "1:14: unknown field \"bouy\"; did you mean \"buoy\"?"),
-        ("(entities: [(buoy: (metres: 1), name: \"x\", buoy: (metres: 1))])", "1:44: duplicate field \"buoy\""),
-        ("(entities: [(name: \"x\", name: \"y\")])", "duplicate field \"name\""),
-        ("(entities: [(buoy: (metres: 11))])", "1:20: entities[0].buoy: expected metres from 0 to 10, found 11"),
-        (
-            "(generators: [(place: grid(counts: (1, 1, 1)), entity: (buoy: // (\n (metres: -1)))])",
-            "2:2: generators[0].entity.buoy: expected metres from 0 to 10, found -1",
-        ),
-        ("(tide: high)", "1:8: tide: expected a number, found `high`"),
-        ("(tide: inf)", "1:8: tide: expected a finite number"),
-        ("(tidal: 1)", "1:2: unknown field \"tidal\"; did you mean \"tide\"?"),
-        ("(buoy: (metres: 1))", "1:2: unknown field \"buoy\""),
-    ] {
-        let problems = problems(&folder, text);
-        assert!(problems.len() == 1 && problems[0].contains(expected), "{text}: {problems:?}");
+    let folder = Folder::with_model();
+    for (text, expected) in cases(FAULTS) {
+        let problems = problems(&folder, &text);
+        assert!(problems.len() == 1 && problems[0].contains(&expected), "{text}: {problems:?}");
     }
     let without = folder.problems("(entities: [(buoy: (metres: 1))])");
     assert!(without[0].starts_with("1:14: unknown field \"buoy\""), "{without:?}");
@@ -162,7 +158,7 @@ fn faults_are_told_with_place_and_nearest_name() {
 #[test]
 fn faults_of_all_fields_are_told_together_and_nothing_is_spawned() {
     let text = "(entities: [(buoy: (metres: 11)), (material: \"none\"), (buoy: (metres: 12))])";
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let problems = problems(&folder, text);
     assert_eq!(problems.len(), 3, "{problems:?}");
     assert!(problems[0].contains("found 11") && problems[2].contains("found 12"), "{problems:?}");
@@ -174,7 +170,7 @@ fn faults_of_all_fields_are_told_together_and_nothing_is_spawned() {
 /// Values that are no number, in a field of the format and in one of the program, at the same column.
 #[test]
 fn what_is_said_of_a_value_is_what_is_said_in_the_fields_of_the_format() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let both = |value: &str| {
         let built_in = problems(&folder, &format!("(entities: [(camera: ( near : {value}))])"));
         let own = problems(&folder, &format!("(entities: [(buoy:   ( metres:{value}))])"));
@@ -279,6 +275,6 @@ proptest! {
         let below = ".children[0]".repeat(depth);
         let expected =
             format!("{line}:{column}: entities[{before}]{below}.buoy.metres: expected a number, found `\"bad\"`");
-        prop_assert_eq!(problems(&Folder::new(), &text), [expected]);
+        prop_assert_eq!(problems(&Folder::with_model(), &text), [expected]);
     }
 }

@@ -18,7 +18,7 @@ fn the_example_scenes_load_without_a_warning() {
 #[test]
 fn the_whole_scenes_of_the_documentation_load() {
     let docs = include_str!("../../docs/scenes.md");
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").display().to_string();
     let scenes: Vec<&str> = docs.split("```ron scene\n").skip(1).filter_map(|s| s.split("```").next()).collect();
     assert!(!scenes.is_empty());

@@ -20,20 +20,14 @@ mod values;
 mod vehicles;
 mod worlds;
 
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
+use crate::common::prelude::*;
 use proptest::prelude::*;
 use relief::scene::{self, LoadedScene};
-use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::assets::{ImageKind, Library, MaterialId, MeshId, MeshVariants, Shading, Technique, Wrap};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
-use systems::ecs::clock::Clock;
-use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, NoShadow};
+use systems::assets::{MeshVariants, Wrap};
+use systems::lights::NoShadow;
 use systems::sensors::{Class, Classes, Instance};
+use systems::space::InheritedHidden;
 use systems::space::origin::Origin;
-use systems::space::{GlobalTransform, Hidden, InheritedHidden, Spin, Transform};
 
 /// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
 const MODEL: &str = r#"{
@@ -52,20 +46,11 @@ const MODEL: &str = r#"{
     "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,AAAAvwAAAL8AAAAAAAAAPwAAAL8AAAAAAAAAPwAAAD8AAAAAAAAAvwAAAD8AAAAAAAABAAIAAAACAAMA"}]
 }"#;
 
-/// A folder with a scene in it, and the model beside it.
-struct Folder(tempfile::TempDir);
-
 impl Folder {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        std::fs::write(folder.path().join("model.gltf"), MODEL).expect("written");
-        Self(folder)
-    }
-
-    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.path().join(name);
-        std::fs::write(&path, content).expect("written");
-        path
+    fn with_model() -> Self {
+        let folder = Self::new();
+        folder.file("model.gltf", MODEL);
+        folder
     }
 
     fn load(&self, text: &str) -> (Simulation, LoadedScene) {
@@ -84,14 +69,14 @@ impl Folder {
     fn problems_in(&self, simulation: fn() -> Simulation, name: &str, text: &str) -> Vec<String> {
         let path = self.file(name, text);
         let start = format!("{}:", path.display());
-        let folder = format!("{}/", self.0.path().display());
+        let folder = format!("{}/", self.path().display());
         let texts = scene::check(&path, simulation).into_iter().map(|p| p.to_string());
         texts.map(|t| t.strip_prefix(&start).expect("starts with the path").trim().replace(&folder, "")).collect()
     }
 }
 
 fn load(text: &str) -> (Simulation, LoadedScene) {
-    Folder::new().load(text)
+    Folder::with_model().load(text)
 }
 
 fn named(world: &mut World, name: &str) -> Entity {

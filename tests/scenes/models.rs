@@ -50,7 +50,7 @@ fn things_are_attached_to_nodes_of_models() {
     let at = simulation.world.get::<GlobalTransform>(light).expect("placed").translation();
     // Up 1 m and out 1 m, doubled; `arm` turns +Z to +X.
     assert!(at.distance(Vec3::new(12.0, 2.0, 0.0)) < 1e-5, "{at}");
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let wrong = folder.problems(&scene.replace("\"lamp\"", "\"lampe\""));
     assert_eq!(wrong, ["3:16: entities[0].attach[0].node: unknown node \"lampe\"; did you mean \"lamp\"?"]);
     let cube = folder.problems(&scene.replace("(mesh: \"model\"", "(mesh: \"cube\""));
@@ -59,9 +59,9 @@ fn things_are_attached_to_nodes_of_models() {
 
 #[test]
 fn a_bare_model_gets_a_neutral_rig_and_a_camera_that_sees_all_of_it() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let mut simulation = Simulation::new();
-    let path = folder.0.path().join("model.gltf");
+    let path = folder.at("model.gltf");
     let scene = scene::load(&path, &mut simulation).unwrap_or_else(|e| panic!("{e}"));
     simulation.frame();
     let world = &mut simulation.world;
@@ -93,7 +93,7 @@ fn a_bare_model_gets_a_neutral_rig_and_a_camera_that_sees_all_of_it() {
 
 #[test]
 fn a_model_with_light_and_camera_keeps_its_own() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let text = MODEL
         .replace("\"scene\": 0", "\"extensionsUsed\": [\"KHR_lights_punctual\"], \"scene\": 0, \"extensions\": {\"KHR_lights_punctual\": {\"lights\": [{\"type\": \"point\"}]}}, \"cameras\": [{\"type\": \"perspective\", \"perspective\": {\"yfov\": 1, \"znear\": 0.1}}]")
         .replace("\"name\": \"panel\"", "\"name\": \"panel\", \"camera\": 0")
@@ -109,7 +109,7 @@ fn a_model_with_light_and_camera_keeps_its_own() {
 
 #[test]
 fn a_broken_model_is_refused_with_file_and_place() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let path = folder.file("broken.gltf", MODEL.replace("\"count\": 4", "\"count\": 4000"));
     let error = scene::load(&path, &mut Simulation::new()).expect_err("refused").to_string();
     assert!(error.contains("broken.gltf: ") && error.contains("accessors[0]"), "{error}");
@@ -132,7 +132,7 @@ fn what_is_attached_to_a_node_is_not_attached_to_a_childs_of_the_same_name() {
 
 #[test]
 fn extras_of_nodes_meshes_and_materials_say_what_sensors_call_them() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let model = MODEL
         .replace("\"name\": \"panel\",", "\"name\": \"panel\", \"extras\": {\"class\": \"wall\", \"instance\": true},")
         .replace("\"name\": \"arm\",", "\"name\": \"arm\", \"extras\": {\"class\": \"pole\", \"instance\": 1},");
@@ -181,6 +181,6 @@ fn extras_of_nodes_meshes_and_materials_say_what_sensors_call_them() {
     assert_eq!(said, [format!("warning: {expected}")]);
     let own = r#"(classes: {"wal": (id: 1)}, meshes: {"m": model(file: "model.gltf")}, entities: [(mesh: "m")])"#;
     assert_eq!(folder.problems(own), Vec::<String>::new());
-    let alone = scene::check(&folder.0.path().join("model.gltf"), Simulation::new);
+    let alone = scene::check(&folder.at("model.gltf"), Simulation::new);
     assert_eq!((alone.len(), alone[0].place.as_str(), alone[0].is_error()), (1, "nodes[0].extras.class", false));
 }

@@ -1,19 +1,15 @@
 //! Renderers draw data that no `Simulation` made: a world with resources and a schedule of its own, and no world at
 //! all.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Affine3A, Vec3};
-use relief::renderer::{Gpu, Settings, SingleView};
-use systems::assets::{ImageId, Library, MAP_COUNT, MapSlot, Material, MeshId, Shading, shapes};
+use crate::common::{self, prelude::*};
+use systems::FrameSet;
+use systems::assets::{MAP_COUNT, MapSlot};
 use systems::draw::{
-    Batch, BatchKey, Camera, ClassId, DrawList, Environment, FrameData, InstanceRecord, MaterialClass, MaterialRecord,
-    PipelineKey, TextureArray, ToneMap, View,
+    Batch, BatchKey, ClassId, DrawList, FrameData, InstanceRecord, MaterialClass, MaterialRecord, PipelineKey,
+    TextureArray,
 };
 use systems::ecs::tables::Table;
 use systems::lights::{LightLists, NO_LIGHT};
-use systems::space::{GlobalTransform, Transform};
-use systems::{FrameSet, Simulation};
 
 const SIZE: (u32, u32) = (32, 32);
 const RED: [u8; 3] = [255, 0, 0];

@@ -2,7 +2,6 @@
 
 use super::*;
 use relief::sense::sensor_names;
-use systems::sensors::Sensor;
 
 const RIG: &str = r#"[
     (name: "front", transform: (translation: (0, 1, 2)), sensor: camera(size: (8, 8))),
@@ -11,8 +10,8 @@ const RIG: &str = r#"[
 
 #[test]
 fn each_that_takes_a_rig_has_its_sensors_below_it() {
-    let folder = Folder::new();
-    std::fs::create_dir(folder.0.path().join("rigs")).expect("made");
+    let folder = Folder::with_model();
+    std::fs::create_dir(folder.at("rigs")).expect("made");
     let path = folder.file("rigs/a.rig.ron", RIG);
     let (mut simulation, scene) = folder.load(
         r#"(entities: [
@@ -44,56 +43,52 @@ fn each_that_takes_a_rig_has_its_sensors_below_it() {
 
 /// Problems of a scene with such a rig.
 fn problems_with(rig: &str) -> Vec<String> {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     folder.file("a.rig.ron", rig);
     folder.problems("(entities: [\n    (name: \"a\", rig: \"a.rig.ron\"),\n    (rig: \"a.rig.ron\"),\n])")
 }
 
+/// Faults of rigs.
+const FAULTS: &str = r##"
+    [
+    (name: "x", sensor: camera(size: (0, 9)))]
+    → a.rig.ron:2:35: [0].sensor.size[0]: expected pixels from 1
+    [
+    (name: "x", sensor: camera(siz: (9, 9)))]
+    → a.rig.ron:2:28: unknown field "siz"; did you mean "size"?
+    [(),
+    (nam: "x")]
+    → a.rig.ron:2:2: unknown field "nam"; did you mean "name"?
+    [(sensor: lidar())] → a.rig.ron:1:11: [0].sensor: expected the entity to have a name
+    [(children: [(sensor: lidar())])] → a.rig.ron:1:23: [0].children[0].sensor: expected the entity to have a name
+    [(rig: "b.rig.ron")] → a.rig.ron:1:8: [0].rig: not allowed within a rig
+    [(children: [(rig: "b.rig.ron")])] → a.rig.ron:1:20: [0].children[0].rig: not allowed within a rig
+    [(camera: ())] → a.rig.ron:1:11: [0].camera: not allowed within a rig
+    [(vehicle: (type: "car"))]
+    → a.rig.ron:1:12: [0].vehicle: not allowed within a rig: vehicles move by themselves
+    [(mesh: "box")] → a.rig.ron:1:9: [0].mesh: unknown mesh "box"; none are defined
+    [(class: "caar")] → a.rig.ron:1:10: [0].class: unknown class "caar"; did you mean "car"?
+    (name: "x") → a.rig.ron:1:1: expected a list in brackets
+    [] → a.rig.ron: expected at least one entity
+    [(name: "x" → a.rig.ron:1:
+"##;
+
 #[test]
 fn faults_of_a_rig_are_told_once_with_its_own_place() {
-    for (rig, expected) in [
-        (
-            "[\n(name: \"x\", sensor: camera(size: (0, 9)))]",
-            "a.rig.ron:2:35: [0].sensor.size[0]: expected pixels from 1",
-        ),
-        (
-            "[\n(name: \"x\", sensor: camera(siz: (9, 9)))]",
-            "a.rig.ron:2:28: unknown field \"siz\"; did you mean \"size\"?",
-        ),
-        ("[(),\n(nam: \"x\")]", "a.rig.ron:2:2: unknown field \"nam\"; did you mean \"name\"?"),
-        ("[(sensor: lidar())]", "a.rig.ron:1:11: [0].sensor: expected the entity to have a name"),
-        (
-            "[(children: [(sensor: lidar())])]",
-            "a.rig.ron:1:23: [0].children[0].sensor: expected the entity to have a name",
-        ),
-        ("[(rig: \"b.rig.ron\")]", "a.rig.ron:1:8: [0].rig: not allowed within a rig"),
-        ("[(children: [(rig: \"b.rig.ron\")])]", "a.rig.ron:1:20: [0].children[0].rig: not allowed within a rig"),
-        ("[(camera: ())]", "a.rig.ron:1:11: [0].camera: not allowed within a rig"),
-        ("[(mesh: \"box\")]", "a.rig.ron:1:9: [0].mesh: unknown mesh \"box\"; none are defined"),
-        ("[(class: \"caar\")]", "a.rig.ron:1:10: [0].class: unknown class \"caar\"; did you mean \"car\"?"),
-        ("(name: \"x\")", "a.rig.ron:1:1: expected a list in brackets"),
-        ("[]", "a.rig.ron: expected at least one entity"),
-        ("[(name: \"x\"", "a.rig.ron:1:"),
-    ] {
-        let problems = problems_with(rig);
+    for (rig, expected) in cases(FAULTS) {
+        let problems = problems_with(&rig);
         assert_eq!(problems.len(), 1, "{rig}: {problems:?}");
         let expected = format!("2:22: entities[0].rig: {expected}");
         assert!(problems[0].starts_with(&expected), "{}\nis not {expected}", problems[0]);
     }
-    let missing = Folder::new().problems("(entities: [(rig: \"b.rig.ron\")])");
+    let missing = Folder::with_model().problems("(entities: [(rig: \"b.rig.ron\")])");
     assert_eq!(missing.len(), 1);
     assert!(missing[0].starts_with("1:19: entities[0].rig: b.rig.ron: "), "{missing:?}");
 }
 
 #[test]
-fn a_vehicle_is_not_mounted() {
-    let problems = problems_with("[(vehicle: (type: \"car\"))]");
-    assert!(problems[0].contains("[0].vehicle: not allowed within a rig: vehicles move by themselves"), "{problems:?}");
-}
-
-#[test]
 fn a_rig_is_checked_by_itself_but_for_what_only_a_scene_knows() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     let check = |rig: &str| {
         let problems = scene::check(&folder.file("a.rig.ron", rig), Simulation::new);
         problems.iter().map(|problem| format!("{:?} {}", problem.line_column, problem.message)).collect::<Vec<_>>()

@@ -1,45 +1,28 @@
 //! Routes, signals and vehicles on them in scene files: what they become, what is refused and in which words.
 
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::Vec2;
-use relief::scene;
-use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::space::Transform;
+use super::*;
 use systems::vehicles::ground::{Ground, Grounds};
 use systems::vehicles::routes::Routes;
-use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes, steering};
+use systems::vehicles::{Motion, OnRoute, steering};
 
-/// A scene file, and its folder, which lives as long.
-struct Scene(#[expect(dead_code, reason = "deleted when it is dropped")] tempfile::TempDir, PathBuf);
+/// A scene, and what loading warns of.
+fn load(text: &str) -> (Simulation, Vec<String>) {
+    let (simulation, scene) = super::load(text);
+    (simulation, scene.warnings)
+}
 
-impl Scene {
-    fn new(text: &str) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("roads.ron");
-        std::fs::write(&path, text).expect("written");
-        Self(folder, path)
-    }
-
-    fn problems(&self) -> Vec<String> {
-        let text = |problem: &relief::problem::Problem| {
-            let place = problem.line_column.map_or(String::new(), |(line, _)| format!("{line}: "));
-            format!("{place}{}: {}", problem.place, problem.message)
-        };
-        scene::check(&self.1, Simulation::new).iter().map(text).collect()
-    }
-
-    fn load(&self) -> (Simulation, Vec<String>) {
-        let mut simulation = Simulation::new();
-        let loaded = scene::load(&self.1, &mut simulation).expect("a scene");
-        (simulation, loaded.warnings)
-    }
+/// Faults of a scene, with their lines.
+fn problems(text: &str) -> Vec<String> {
+    let told = |problem: &relief::problem::Problem| {
+        let place = problem.line_column.map_or(String::new(), |(line, _)| format!("{line}: "));
+        format!("{place}{}: {}", problem.place, problem.message)
+    };
+    scene::check(&Folder::new().file("roads.ron", text), Simulation::new).iter().map(told).collect()
 }
 
 #[test]
 fn every_fault_of_a_road_is_named_with_its_line() {
-    let scene = Scene::new(
+    let problems = problems(
         r#"(
     signals: { "s": (green_seconds: []), "t": (green_seconds: [5, 0]) },
     routes: {
@@ -65,7 +48,6 @@ fn every_fault_of_a_road_is_named_with_its_line() {
     generators: [(place: along(routes: ["five"], spacing: 0), vehicles: ["box"])],
 )"#,
     );
-    let problems = scene.problems();
     let expected = [
         "2: signals[\"s\"].green_seconds: expected from 1 to 64 groups, found 0",
         "2: signals[\"t\"].green_seconds[1]: expected a number from 0.1",
@@ -99,50 +81,46 @@ fn every_fault_of_a_road_is_named_with_its_line() {
 #[test]
 fn places_on_a_route_are_within_its_length_as_it_is_driven() {
     let scene = |shape: &str, at: f64| {
-        Scene::new(&format!(
+        format!(
             r#"(
     routes: {{ "bend": (points: [(0, 0, 0), (60, 0, 0), (60, 0, 60)], {shape},
         stops: [(at: {at}, seconds: 1)], limits: [(from: {at}, kmh: 30)]) }},
     entities: [(vehicle: (type: "box", route: "bend", at: {at}))],
 )"#
-        ))
+        )
     };
     for shape in ["closed: false", "closed: true", "shape: spline", "shape: spline, closed: true"] {
-        let (simulation, _) = scene(shape, 0.0).load();
+        let (simulation, _) = load(&scene(shape, 0.0));
         let length = simulation.world.resource::<Routes>().iter().next().expect("a route").1.length;
-        let (mut simulation, warnings) = scene(shape, length).load();
+        let (mut simulation, warnings) = load(&scene(shape, length));
         let begins_anew = |warning: &String| warning.contains("is open and has no `then`");
         assert!(warnings.iter().all(begins_anew), "{shape}: {warnings:?}");
         (0..600).for_each(|_| simulation.step());
         let rolled = simulation.world.query::<&Motion>().single(&simulation.world).expect("a vehicle").rolled;
         assert!(rolled > 10.0, "{shape}: {rolled}");
-        let problems = scene(shape, length + 0.1).problems();
+        let problems = problems(&scene(shape, length + 0.1));
         assert_eq!(problems.len(), 3, "{shape}: {problems:?}");
         let expected = format!("expected a number from 0 to {length:.2}, the route's length, found");
         assert!(problems.iter().all(|problem| problem.contains(&expected)), "{expected}: {problems:?}");
     }
     // One without a length has no end either.
-    let scene = Scene::new(r#"(routes: { "a": (points: [(0, 0, 0), (inf, 0, 9)], limits: [(from: 300, kmh: 30)]) })"#);
-    let problems = scene.problems();
-    assert!(problems.len() == 1 && problems[0].contains("points[1]"), "{problems:?}");
+    let endless = r#"(routes: { "a": (points: [(0, 0, 0), (inf, 0, 9)], limits: [(from: 300, kmh: 30)]) })"#;
+    assert_has(only(&problems(endless)), &["points[1]"]);
 }
 
 #[test]
 fn a_route_that_crosses_itself_is_a_warning_that_names_the_place() {
     let crossing = |height: f32| {
         let points = format!("[(0, 0, 0), (0, 0, 40), (30, 0, 40), (30, {height}, 20), (-20, {height}, 20)]");
-        let scene = Scene::new(&format!("(routes: {{ \"eight\": (points: {points}) }})"));
-        scene.load().1
+        load(&format!("(routes: {{ \"eight\": (points: {points}) }})")).1
     };
-    let warnings = crossing(0.0);
-    assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings[0].starts_with("routes[\"eight\"] crosses itself at (0."), "{warnings:?}");
+    assert!(only(&crossing(0.0)).starts_with("routes[\"eight\"] crosses itself at (0."), "{:?}", crossing(0.0));
     assert_eq!(crossing(6.0), Vec::<String>::new(), "a bridge does not cross");
 }
 
 #[test]
 fn vehicles_of_a_scene_drive_on_their_routes_and_stand_on_its_ground() {
-    let scene = Scene::new(
+    let (mut simulation, warnings) = load(
         r#"(
     meshes: { "land": plane(size: (400, 400)) },
     routes: { "loop": (points: [(-50, 0, -50), (50, 0, -50), (50, 0, 50), (-50, 0, 50)], shape: spline, closed: true, lanes: 2) },
@@ -153,7 +131,6 @@ fn vehicles_of_a_scene_drive_on_their_routes_and_stand_on_its_ground() {
     generators: [(place: along(spacing: 30, from: 60, lane: 0), vehicles: ["box"]), (place: along(spacing: 3, from: 200, lane: 1), vehicles: ["box"])],
 )"#,
     );
-    let (mut simulation, warnings) = scene.load();
     assert!(warnings.iter().any(|warning| warning.contains("no room")), "{warnings:?}");
     let mut vehicles = simulation.world.query::<(&OnRoute, &Motion, &Transform)>();
     let (on, motion, at) = vehicles.iter(&simulation.world).next().expect("a vehicle");
@@ -171,7 +148,7 @@ fn vehicles_of_a_scene_drive_on_their_routes_and_stand_on_its_ground() {
 
 /// Warnings about a scene with these routes and entities.
 fn warnings_of(routes: &str, entities: &str, more: &str) -> Vec<String> {
-    Scene::new(&format!("(routes: {{ {routes} }}, entities: [{entities}], {more})")).load().1
+    load(&format!("(routes: {{ {routes} }}, entities: [{entities}], {more})")).1
 }
 
 #[test]
@@ -184,13 +161,13 @@ fn roads_that_do_not_meet_are_warned_of_with_distance_and_place() {
     let begins =
         |second: &str| one(&format!(r#""a": (points: [(0, 0, 0), (0, 0, 50)], then: ["b"]), "b": ({second})"#));
     let far = begins("points: [(1000, 0, 50), (1000, 0, 100)]");
-    for part in ["\"a\"", "\"b\"", "1000.0 m", "(0.0, 0.0, 50.0)", "(1000.0, 0.0, 50.0)", "vehicles stop at the end"] {
-        assert!(far.contains(part), "{part}: {far}");
-    }
+    assert_has(
+        &far,
+        &["\"a\"", "\"b\"", "1000.0 m", "(0.0, 0.0, 50.0)", "(1000.0, 0.0, 50.0)", "vehicles stop at the end"],
+    );
     let near = begins("points: [(0, 0, 55), (0, 0, 100)]");
-    assert!(near.contains("5.0 m") && near.contains("cross the gap"), "{near}");
-    let above = begins("points: [(0, 9, 50), (0, 9, 100)]");
-    assert!(above.contains("9.0 m"), "{above}");
+    assert_has(&near, &["5.0 m", "cross the gap"]);
+    assert_has(&begins("points: [(0, 9, 50), (0, 9, 100)]"), &["9.0 m"]);
     // A lane that goes over into one beside it, and what is rounded, meets.
     assert_eq!(begins("lanes: 2, points: [(0, 0, 50.3), (0, 0, 100)]"), "");
     assert_eq!(begins("points: [(1.6, 0, 50), (1.6, 0, 100)]"), "");
@@ -207,11 +184,11 @@ fn roads_that_do_not_meet_are_warned_of_with_distance_and_place() {
     let lanes = r#""a": (points: [(0, 0, 0), (0, 0, 50)], lanes: 3, then: ["b"]),
         "b": (points: [(X, 0, 50), (X, 0, 100)], from_lanes: [0])"#;
     assert_eq!(one(&lanes.replace('X', "-3.2")), "");
-    assert!(one(&lanes.replace('X', "3.2")).contains("6.4 m"), "{}", one(&lanes.replace('X', "3.2")));
+    assert_has(&one(&lanes.replace('X', "3.2")), &["6.4 m"]);
     // One of several is left out.
     let fork = one(r#""a": (points: [(0, 0, 0), (0, 0, 50)], then: ["b", "c"]),
         "b": (points: [(0, 0, 50), (0, 0, 90)]), "c": (points: [(0, 0, 500), (0, 0, 540)])"#);
-    assert!(fork.contains("450.0 m") && fork.contains("no vehicle takes it"), "{fork}");
+    assert_has(&fork, &["450.0 m", "no vehicle takes it"]);
 }
 
 #[test]
@@ -222,19 +199,16 @@ fn points_that_are_hardly_meant_are_warned_of_with_distance_and_place() {
     };
     // A slip of a digit.
     let spike = one("points: [(0, 0, 0), (0, 0, 20), (1000, 0, 40), (0, 0, 60), (0, 0, 80)]");
-    assert!(
-        spike.contains("points[2]") && spike.contains("1000.2 m") && spike.contains("(1000.0, 0.0, 40.0)"),
-        "{spike}"
-    );
+    assert_has(&spike, &["points[2]", "1000.2 m", "(1000.0, 0.0, 40.0)"]);
     let shifted = one("points: [(0, 0, 0), (0, 0, 20), (0, 0, 40), (1000, 0, 60), (1000, 0, 80), (1000, 0, 100)]");
-    assert!(shifted.contains("points[3]") && shifted.contains("(1000.0, 0.0, 60.0)"), "{shifted}");
+    assert_has(&shifted, &["points[3]", "(1000.0, 0.0, 60.0)"]);
     let open =
         one("closed: true, points: [(0, 0, 0), (0, 0, 40), (30, 0, 80), (30, 0, 120), (0, 0, 160), (0, 0, 600)]");
     assert!(open.is_empty(), "one long line: {open}");
     let open = one(
         "closed: true, points: [(0, 0, 0), (0, 0, 40), (30, 0, 70), (30, 0, 110), (60, 0, 140), (60, 0, 180), (90, 0, 210), (120, 0, 240)]",
     );
-    assert!(open.contains("is closed") && open.contains("268.3 m") && open.contains("(120.0, 0.0, 240.0)"), "{open}");
+    assert_has(&open, &["is closed", "268.3 m", "(120.0, 0.0, 240.0)"]);
     // What is meant: bends, hairpins, a long straight between two of them.
     for route in [
         "points: [(0, 0, 0), (0, 0, 600), (5, 0, 606), (5, 0, 620)]",
@@ -254,10 +228,7 @@ fn vehicles_in_each_other_are_warned_of_whoever_put_them_there() {
     };
     let of = |entities: &[String], more: &str| warnings_of(road, &entities.join(", "), more);
     let found = of(&[car("one", 50.0, 0), car("two", 51.0, 0)], "");
-    assert_eq!(found.len(), 1, "{found:?}");
-    for part in ["\"one\"", "\"two\"", "overlap by", "51.0)", "51.0 m along routes[\"r\"] in lane 0"] {
-        assert!(found[0].contains(part), "{part}: {found:?}");
-    }
+    assert_has(only(&found), &["\"one\"", "\"two\"", "overlap by", "51.0)", "51.0 m along routes[\"r\"] in lane 0"]);
     // Beside each other, bumper to bumper, and on a bridge.
     assert_eq!(of(&[car("one", 50.0, 0), car("two", 50.0, 1), car("three", 54.4, 0)], ""), Vec::<String>::new());
     let above = r#"(vehicle: (type: "box"), transform: (translation: (1.6, 5, 50)))"#.to_owned();
@@ -265,10 +236,9 @@ fn vehicles_in_each_other_are_warned_of_whoever_put_them_there() {
     // One that stands across, without a route; one of a generator, and of another one.
     let across =
         r#"(name: "x", vehicle: (type: "box"), transform: (translation: (-2, 0, 50), rotation_degrees: (0, 90, 0)))"#;
-    assert!(of(&[car("one", 50.0, 0), across.to_owned()], "")[0].contains("\"x\""));
+    assert_has(&of(&[car("one", 50.0, 0), across.to_owned()], "")[0], &["\"x\""]);
     let generated = r#"(name: "g", place: along(spacing: 50, lane: 0), vehicles: ["box"])"#;
-    let found = of(&[car("one", 50.0, 0)], &format!("generators: [{generated}]"));
-    assert!(found.len() == 1 && found[0].contains("\"g 1\""), "{found:?}");
+    assert_has(only(&of(&[car("one", 50.0, 0)], &format!("generators: [{generated}]"))), &["\"g 1\""]);
     let found = of(&[], &format!("generators: [{generated}, {generated}]"));
     assert!(found.len() == 6 && found[5].contains("5 other pairs"), "{found:?}");
     let six: Vec<String> = (0..7).map(|i| car(&format!("car {i}"), 50.0 + 4.0 * i as f32, 0)).collect();
@@ -299,13 +269,12 @@ fn vehicles_of_a_generator_are_in_none_of_its_others() {
         road("f", [120, 99, 120, 190], r#""h""#),
         road("g", [120, 99, 140, 190], r#""g""#),
     ];
-    let types = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/vehicles.ron");
-    let scene = Scene::new(&format!(
+    let types = asset("vehicles.ron");
+    let (mut simulation, warnings) = load(&format!(
         r#"(vehicle_types: [{types:?}], routes: {{ {}, "h": (points: [(120, 0, 190), (120, 0, 260)]) }}, generators: [
             (name: "g", place: along(spacing: 19.6, jitter: 2), vehicles: ["bicycle", "bus", "truck", "car"])])"#,
         routes.join(", ")
     ));
-    let (mut simulation, warnings) = scene.load();
     assert!(warnings.iter().all(|warning| !warning.contains("overlap")), "{warnings:?}");
     assert!(warnings.iter().any(|warning| warning.starts_with("g: ") && warning.contains("left out")), "{warnings:?}");
     // On a ring the last one keeps the distance from the first one that others keep.
@@ -335,15 +304,8 @@ fn springs_that_a_step_does_not_hold_are_warned_of_with_the_bound() {
     let of = |physical: &str, step: f64| {
         let car = |name: &str| format!(r#"(name: "{name}", vehicle: (type: "box", physical: ({physical})))"#);
         let clock = format!("clock: (step_seconds: {step})");
-        warnings_of(
-            "",
-            &format!(
-                "{}, {}",
-                car("one"),
-                car("two").replace("vehicle: (", "transform: (translation: (9, 0, 0)), vehicle: (")
-            ),
-            &clock,
-        )
+        let two = car("two").replace("vehicle: (", "transform: (translation: (9, 0, 0)), vehicle: (");
+        warnings_of("", &format!("{}, {two}", car("one")), &clock)
     };
     let springs = |physical: &str, step: f64| {
         let found = of(physical, step);
@@ -355,22 +317,17 @@ fn springs_that_a_step_does_not_hold_are_warned_of_with_the_bound() {
         assert_eq!(springs(physical, step), Vec::<String>::new(), "{physical} {step}");
     }
     let found = springs("stiffness: 5000000", 1.0);
-    assert_eq!(found.len(), 1, "{found:?}");
-    for part in [
-        "\"one\": physical: stiffness: expected at most ",
-        " N/m under 1400 kg at a step of 0.0167 s",
-        "found 5000000",
-        "the same holds for 1 more",
-    ] {
-        assert!(found[0].contains(part), "{part}: {found:?}");
-    }
-    let bound: f64 = found[0]
-        .split("at most ")
-        .nth(1)
-        .and_then(|rest| rest.split(' ').next())
-        .expect("a bound")
-        .parse()
-        .expect("a number");
+    assert_has(
+        only(&found),
+        &[
+            "\"one\": physical: stiffness: expected at most ",
+            " N/m under 1400 kg at a step of 0.0167 s",
+            "found 5000000",
+            "the same holds for 1 more",
+        ],
+    );
+    let bound = found[0].split("at most ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a bound");
+    let bound: f64 = bound.parse().expect("a number");
     // Within the bound nothing is said; its formula has one to three times n/m.
     assert!((1400.0 * 3600.0 / 12.0..=1400.0 * 3600.0 / 4.0).contains(&bound), "{bound}");
     assert_eq!(springs(&format!("stiffness: {}", bound - 1.0), 1.0), Vec::<String>::new());
@@ -383,10 +340,7 @@ fn what_is_put_back_to_the_beginning_is_not_put_there_in_silence() {
     let vehicle = r#"(vehicle: (type: "box", route: "r"))"#;
     let routes = r#""r": (points: [(0, 0, 0), (0, 0, 500)]), "s": (points: [(9, 0, 0), (9, 0, 100)])"#;
     let found = warnings_of(routes, vehicle, "");
-    assert_eq!(found.len(), 1, "{found:?}");
-    for part in ["routes[\"r\"]", "500.0 m", "(0.0, 0.0, 500.0)", "the same holds for 1 more", "`then`"] {
-        assert!(found[0].contains(part), "{part}: {found:?}");
-    }
+    assert_has(only(&found), &["routes[\"r\"]", "500.0 m", "(0.0, 0.0, 500.0)", "the same holds for 1 more", "`then`"]);
     assert_eq!(warnings_of(routes, "", ""), Vec::<String>::new(), "none drives there");
     let meant = r#""r": (points: [(0, 0, 0), (0, 0, 500)], then: ["r"])"#;
     assert_eq!(warnings_of(meant, vehicle, ""), Vec::<String>::new());
@@ -394,14 +348,12 @@ fn what_is_put_back_to_the_beginning_is_not_put_there_in_silence() {
 
 #[test]
 fn steps_that_are_too_long_to_drive_in_are_refused() {
-    let scene = |seconds: f32, entity: &str| {
-        Scene::new(&format!("(clock: (step_seconds: {seconds}), entities: [{entity}])")).problems()
-    };
+    let scene =
+        |seconds: f32, entity: &str| problems(&format!("(clock: (step_seconds: {seconds}), entities: [{entity}])"));
     let vehicle = r#"(vehicle: (type: "box"))"#;
     assert_eq!(scene(1.0, vehicle), Vec::<String>::new());
     assert_eq!(scene(60.0, "(spin: ())"), Vec::<String>::new());
-    let found = scene(1.5, vehicle);
-    assert_eq!(found, ["1: clock.step_seconds: expected at most 1 where vehicles drive, found 1.5"]);
+    assert_eq!(scene(1.5, vehicle), ["1: clock.step_seconds: expected at most 1 where vehicles drive, found 1.5"]);
 }
 
 /// The middle of a vehicle on the ground, the way it looks, and half its length and width.
@@ -423,8 +375,7 @@ fn overlap(a: (Vec2, Vec2, Vec2), b: (Vec2, Vec2, Vec2), by: f32) -> bool {
 #[test]
 fn two_hundred_vehicles_drive_through_the_town_and_none_into_another() {
     let mut simulation = Simulation::new();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron");
-    let loaded = scene::load(&path, &mut simulation).expect("a scene");
+    let loaded = scene::load(&asset("scenes/town.ron"), &mut simulation).expect("a scene");
     assert_eq!(loaded.warnings, Vec::<String>::new());
     let world = &mut simulation.world;
     let is_vehicle = |world: &World, entity: Entity| {

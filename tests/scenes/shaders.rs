@@ -1,14 +1,12 @@
 //! The shaders by themselves: every module is valid, and its structs lie in memory as the Rust ones that fill them do.
 //! Their constants are compared in src/renderer/gpu/shaders.rs, where the renderer's own can be seen.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use bevy_ecs::entity::Entity;
-use glam::{Affine3A, Vec3};
-use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, Gpu, shaders};
+use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, shaders};
 use std::mem::offset_of;
-use systems::assets::MaterialId;
 use systems::draw::*;
-use systems::lights::{LightRecord, MOST_LIGHTS, NO_LIGHT, PackedLight, SelectedLights, Selection};
+use systems::lights::{LightRecord, MOST_LIGHTS, NO_LIGHT, PackedLight, Selection};
 use wgpu::naga;
 use wgpu::util::DeviceExt;
 

@@ -1,19 +1,12 @@
 //! Several worlds of one scene: what they share, and that each is as if it were alone.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
+use crate::common::{self, prelude::*};
 use relief::scene::Template;
-use relief::sense::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
-use std::path::Path;
-use systems::Simulation;
-use systems::assets::{Library, shapes};
-use systems::run::registry::{self, EntityRegistry, StateId};
+use relief::sense::{Drawing, Wanted, WorldSensors};
+use systems::run::registry;
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
 use systems::run::state_hash::hash;
-use systems::sensors::{CameraOutput, CameraSensor, Sensor};
-use systems::space::Transform;
 
 const SCENE: &str = r#"(
     meshes: { "ground": plane(size: (60, 60)), "box": cube(size: (1, 1, 1)) },
@@ -28,7 +21,7 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn template() -> (tempfile::TempDir, Template) {
+fn template() -> (common::Folder, Template) {
     let folder = common::scene_folder(SCENE);
     let template = Template::load(&folder.path().join("scene.ron")).expect("a scene");
     (folder, template)

@@ -212,7 +212,7 @@ fn lights_are_chosen_as_the_scene_says_or_an_entity() {
 
 #[test]
 fn lights_and_objects_cast_shadows_as_the_scene_says() {
-    let folder = Folder::new();
+    let folder = Folder::with_model();
     // Both of its parts are of glass, and one node shines.
     let lit = MODEL
         .replace(

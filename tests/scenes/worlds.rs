@@ -1,21 +1,10 @@
 //! Several worlds with one renderer: those with the same library share what is uploaded of it, and cameras of all are
 //! drawn together.
 
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3, Vec4};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{Gpu, Renderer, Settings, ViewBatches, ViewPlan};
-use relief::sense::{Capture, Drawing, SensorSuite, Wanted, WorldSensors};
-use systems::Simulation;
-use systems::assets::{Image, ImageId, ImageKind, Library, Map, Material, MaterialId, MeshEntry, MeshId, shapes};
-use systems::draw::{Camera, Environment, ToneMap, View};
-use systems::lights::Light;
-use systems::run::registry::register_all;
-use systems::sensors::{CameraOutput, CameraSensor, Sensor};
-use systems::space::{GlobalTransform, Transform};
+use crate::common::{self, prelude::*};
+use relief::renderer::ViewBatches;
+use relief::sense::{Drawing, Wanted, WorldSensors};
+use systems::assets::MeshEntry;
 
 /// A world, and what its library has.
 struct World {
@@ -63,7 +52,7 @@ fn world(stock: &Stock, seed: u64) -> World {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(stock.library.clone());
     let Stock { mesh, sphere, mapped, other, plain, image, .. } = *stock;
-    let mut random = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed as u8; 32]);
+    let mut random = TestRng::from_seed(proptest::test_runner::RngAlgorithm::ChaCha, &[seed as u8; 32]);
     let mut at = || Vec3::from_array([4.0, 3.0, 4.0].map(|half: f32| random.random_range(-half..half)));
     let objects = (0..12).map(|i| {
         let place = Transform::from_translation(at() - 8.0 * Vec3::Z).with_rotation(Quat::from_rotation_y(at().x));

@@ -1,7 +1,7 @@
 //! Calibrations of cameras by OpenCV, from pictures of a chessboard, agree with `sensors.json`.
 
-use crate::common::{self, scene_folder, succeeds, text};
-use glam::{DVec3, dvec2};
+use crate::common::{self, prelude::*, scene_folder, succeeds, text};
+use glam::dvec2;
 use image::{GrayImage, Luma};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -44,8 +44,7 @@ fn board() -> GrayImage {
 
 #[track_caller]
 fn is_found(lens: &str, poses: (f64, f64)) {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(&scene(lens, poses));
+    let Some(folder) = with_gpu(|| scene_folder(&scene(lens, poses))) else { return };
     board().save(folder.path().join("board.png")).expect("a texture");
     let args = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--frames", "1", "--format", "png"];
     succeeds(&args, folder.path());

@@ -1,16 +1,9 @@
 //! Exposure and noise of cameras against the model that they are made by.
 
-use crate::common;
-use bevy_ecs::name::Name;
-use glam::{Quat, UVec2, Vec2, Vec3};
-use relief::sense::{CameraCapture, Capture, SensorSuite};
-use systems::Simulation;
-use systems::assets::{Library, Material, Shading, shapes};
-use systems::draw::Environment;
+use crate::common::{self, prelude::*};
+use relief::sense::CameraCapture;
 use systems::ecs::clock::Seed;
-use systems::run::registry::register_all;
-use systems::sensors::{CameraOutput, CameraSensor, Exposure, ImageNoise, Lens, Sensor};
-use systems::space::Transform;
+use systems::sensors::{Exposure, ImageNoise};
 
 const SIZE: (u32, u32) = (400, 256);
 

@@ -1,21 +1,10 @@
 //! Cameras whose lenses bend, against OpenCV and against what is known of their every pixel.
 
-use crate::common::{self, dark_world, unlit};
-use bevy_ecs::name::Name;
-use glam::{DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3, dvec2};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
+use crate::common::{self, dark_world, prelude::*, unlit};
+use glam::dvec2;
 use relief::renderer::RenderError;
-use relief::sense::{CameraCapture, Capture, SensorSuite};
-use serde_json::{Value, json};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{Library, Material, shapes};
-use systems::draw::{Environment, Intrinsics, ToneMap};
-use systems::lights::Light;
-use systems::run::registry::register_all;
-use systems::sensors::{CameraOutput, CameraOutputs, CameraSensor, Class, Lens, Sensor};
-use systems::space::Transform;
+use relief::sense::CameraCapture;
+use systems::sensors::{CameraOutputs, Class};
 
 const SIZE: (u32, u32) = (320, 240);
 const INTRINSICS: Intrinsics = Intrinsics { fx: 190.0, fy: 185.0, cx: 157.0, cy: 122.5 };
@@ -110,7 +99,7 @@ fn of_opencv(cameras: &[CameraSensor], points: &[Vec<DVec3>]) -> Option<Vec<Vec<
 
 #[test]
 fn points_are_where_opencv_has_them() {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let cameras = lenses();
     let mut point = || {
         // OpenCV's fisheye takes points behind the camera for points before it.
@@ -250,7 +239,7 @@ fn depth_range_and_normals_of_planes_are_those_of_their_equations() {
 
 /// Boxes and balls of several classes under a sun, all around.
 fn crowd(simulation: &mut Simulation) {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let mut library = simulation.world.resource_mut::<Library>();
     let meshes = [shapes::cube(Vec3::ONE), shapes::sphere(0.5, 24, 16)].map(|shape| library.add_mesh(shape));
     let materials = [Vec3::new(0.8, 0.2, 0.1), Vec3::new(0.1, 0.3, 0.9), Vec3::ONE]

@@ -1,8 +1,6 @@
 //! `relief render --sensors`: the files of a data set, read by others' programs, resumed, and refused.
 
-use crate::common::{self, assert_fails, assert_fails_to_check, files, relief, scene_folder, succeeds};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, assert_fails_to_check, files, prelude::*, relief, scene_folder, succeeds};
 
 /// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
 const SCENE: &str = r#"(
@@ -30,8 +28,7 @@ const ALL: [&str; 7] = ["render", "scene.ron", "--sensors", "all", "--format", "
 
 #[test]
 fn a_data_set_is_read_by_others_and_is_the_same_each_time() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     succeeds(&[&ALL[..], &["whole", "--frames", "7"]].concat(), folder.path());
     let whole = folder.path().join("whole");
     let modules = ["cv2", "numpy", "OpenEXR"];
@@ -56,8 +53,7 @@ fn a_data_set_is_read_by_others_and_is_the_same_each_time() {
 
 #[test]
 fn an_interrupted_run_is_resumed_by_what_is_missing() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     let run = [&ALL[..], &["out", "--frames", "5", "--resume"]].concat();
     succeeds(&run, folder.path());
     let out = folder.path().join("out");
@@ -107,8 +103,7 @@ fn boxes_alone_are_the_same_in_a_part_of_a_run_and_where_it_is_resumed() {
 
 #[test]
 fn what_cannot_be_captured_is_refused_before_anything_is_written() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     let refused = |args: &[&str], needles: &[&str]| {
         assert_fails(&relief(&[&["render", "scene.ron", "-o", "out"], args].concat(), folder.path()), 2, needles);
         assert!(!folder.path().join("out").exists(), "{args:?}");

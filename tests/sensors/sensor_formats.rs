@@ -1,8 +1,6 @@
 //! `relief render --sensors --format coco,kitti,nuscenes,video` as others read it, and what it refuses.
 
-use crate::common::{self, assert_fails, files, scene_folder, succeeds, text};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, assert_fails, files, prelude::*, scene_folder, succeeds, text};
 use std::process::Command;
 
 /// A ground, a wall of no class, two boxes that are things, one before the other; a rig that turns by three degrees a
@@ -40,8 +38,7 @@ fn render(folder: &Path, formats: &str, more: &[&str]) {
 
 #[test]
 fn others_read_the_labels_of_coco_the_folders_of_kitti_and_the_tables_of_nuscenes() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     render(folder.path(), "npy,coco,kitti,nuscenes", &[]);
     let out = folder.path().join("out");
     let modules = ["cv2", "numpy", "panopticapi.evaluation", "pycocotools"];
@@ -52,8 +49,7 @@ fn others_read_the_labels_of_coco_the_folders_of_kitti_and_the_tables_of_nuscene
 
 #[test]
 fn what_is_made_of_a_whole_run_is_the_same_where_it_is_resumed() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     let out = folder.path().join("out");
     render(folder.path(), "png,npy,coco,kitti", &[]);
     let first = files(&out);
@@ -141,8 +137,7 @@ fn each_output_of_a_camera_is_a_film_of_its_captures() {
 
 #[test]
 fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     let run = |args: &[&str], path: &std::ffi::OsStr| {
         let args = [&["render", "scene.ron", "-o", "out"], args].concat();
         common::command(&args, folder.path()).env("PATH", path).output().expect("the binary runs")

@@ -3,18 +3,8 @@
 //! Fine spheres at distances at which a camera draws coarse levels of them: each pixel's depth against the facets of
 //! the mesh, by an intersection of its own in double precision, and each beam of a lidar.
 
-use crate::common::{self, dark_world, unlit};
-use bevy_ecs::name::Name;
-use glam::{Affine3A, DVec3, Vec3};
-use relief::sense::{Capture, SensorSuite};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{Library, Mesh, shapes};
-use systems::draw::{Camera, Intrinsics, Projection, View};
-use systems::ecs::clock::Clock;
-use systems::run::registry::register_all;
-use systems::sensors::{Beam, Beams, CameraOutput, CameraOutputs, CameraSensor, Lens, LidarSensor, Sensor};
-use systems::space::Transform;
+use crate::common::{self, dark_world, prelude::*, unlit};
+use systems::sensors::{Beam, Beams, CameraOutputs};
 
 const SIDE: u32 = 81;
 /// Pixels.

@@ -1,11 +1,8 @@
 //! `relief render --sensors --format mcap` as others read it, and what it refuses.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use relief::data::{DatasetOptions, FileFormat, SensorJob, render_sensors};
 use relief::frames::{FrameError, Frames, RunJob};
-use serde_json::json;
-use std::fs;
-use std::path::{Path, PathBuf};
 
 /// A floor at height 0 (road) and a wall whose face is at z = 8 (wall), a box on the floor (car); a rig that turns by
 /// ten degrees a step, with a tilted camera, a lidar that is due every other step, and one that sweeps; a camera with a
@@ -57,8 +54,7 @@ fn render(job: &SensorJob) -> Vec<PathBuf> {
 
 #[test]
 fn others_read_the_log_of_a_run() {
-    let Some(_) = common::gpu() else { return };
-    let home = tempfile::tempdir().expect("a temporary folder");
+    let Some(home) = with_gpu(Folder::new) else { return };
     let job = job(SCENE, home.path(), "run", &[FileFormat::NPY, FileFormat::MCAP]);
     let written = render(&job);
     assert!(written.contains(&job.dataset.folder.join("sensors.mcap")));
@@ -103,8 +99,7 @@ fn others_read_the_log_of_a_run() {
 
 #[test]
 fn a_run_has_the_same_log_twice_and_leaves_no_other_file_of_it() {
-    let Some(_) = common::gpu() else { return };
-    let home = tempfile::tempdir().expect("a temporary folder");
+    let Some(home) = with_gpu(Folder::new) else { return };
     let mut job = job(SCENE, home.path(), "run", &[FileFormat::MCAP]);
     render(&job);
     let log = |folder: &Path| fs::read(folder.join("sensors.mcap")).expect("a log");
@@ -128,8 +123,7 @@ fn a_run_has_the_same_log_twice_and_leaves_no_other_file_of_it() {
 
 #[test]
 fn what_a_log_has_no_place_for_is_refused() {
-    let Some(_) = common::gpu() else { return };
-    let home = tempfile::tempdir().expect("a temporary folder");
+    let Some(home) = with_gpu(Folder::new) else { return };
     let eye = |name: &str, outputs: &str| {
         format!("(name: \"{name}\", sensor: camera(size: (4, 4), samples: 1, outputs: [{outputs}]))")
     };

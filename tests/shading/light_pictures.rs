@@ -1,12 +1,8 @@
 //! Lights with known answers: what one pixel must be, worked out by hand.
 
+use crate::common::prelude::*;
 use crate::common::square::{Square, assert_near, head_on, matte};
-use glam::{Quat, Vec3};
-use relief::renderer::{DebugView, HeatScale};
-use systems::assets::{Material, Shading};
-use systems::draw::Environment;
-use systems::lights::{Light, LightKind, LightPolicies, LightPolicy};
-use systems::space::Transform;
+use relief::renderer::HeatScale;
 
 #[test]
 fn diffuse_light_falls_off_with_angle_distance_and_range() {

@@ -1,14 +1,9 @@
 //! A scene of a hundred thousand lights: checked, loaded, drawn.
 
-use crate::common;
-use relief::frames::Headless;
-use relief::renderer::{Settings, SingleView};
+use crate::common::{self, prelude::*};
 use relief::{check, scene};
-use std::path::Path;
-use systems::Simulation;
-use systems::assets::{MeshId, world_bounds};
-use systems::lights::{LightTable, SelectedLights, score};
-use systems::space::GlobalTransform;
+use systems::assets::world_bounds;
+use systems::lights::{LightTable, score};
 
 const LIGHTS: usize = 100_000;
 

@@ -1,17 +1,8 @@
 //! Bump-mapped shading against images that an independent float64 program made, and known answers of our own.
 
-use crate::common;
-use glam::{Quat, Vec3};
+use crate::common::{self, prelude::*};
 use relief::import;
-use relief::renderer::{Gpu, Settings, SingleView};
-use serde_json::Value;
-use std::path::Path;
-use systems::Simulation;
-use systems::assets::{Filter, ImageKind, Library, Map, Material, MipFilter, Sampler, Shading, Wrap};
-use systems::draw::{Camera, Environment, Projection, ToneMap, View};
-use systems::lights::{Light, LightKind};
-
-use systems::space::Transform;
+use systems::assets::{Filter, MipFilter, Sampler, Wrap};
 
 fn number(value: &Value) -> f32 {
     value.as_f64().expect("a number") as f32

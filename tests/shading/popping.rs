@@ -9,18 +9,10 @@
 //! Through portals light comes and goes by shares, whatever the policy. There the reference is all lights without
 //! walls, and a jump is over the mean luminance of the picture itself.
 
-use crate::common;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3, Vec4};
-use relief::renderer::{PICTURE_FORMAT, Settings, SingleView, picture_texture};
+use crate::common::{self, prelude::*};
 use relief::tools::compare::luminance;
-use relief::viewpoint::Viewpoint;
-use systems::Simulation;
-use systems::assets::{Image, ImageKind, Library, Map, Material, shapes};
 use systems::cells::{Cell, Cells, Opening, Portal};
-use systems::draw::{Camera, Environment};
-use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, SelectedLights};
-use systems::space::{Aabb, Transform};
+use systems::space::Aabb;
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
 const SIZE: usize = 48;
@@ -186,35 +178,27 @@ fn street(spot: LightKind) -> Vec<(Light, Transform)> {
     lamps
 }
 
-/// Drives past a street of points and such spots.
-fn assert_nothing_pops(spot: LightKind) {
-    let Some(mut drive) = Drive::new(street(spot)) else { return };
-    let found = drive.drive();
-    println!("{found:?}");
-    let [smooth @ .., hard] = found.largest;
-    assert!(found.changes >= 10, "{found:?}");
-    assert!(smooth.iter().all(|jump| *jump <= BOUND), "{found:?}");
-    assert!(hard > 10.0 * BOUND, "{found:?}");
-}
-
-#[test]
-fn nothing_pops_past_points_and_soft_spots() {
-    assert_nothing_pops(LightKind::Spot { outer: 1.1, inner: Some(0.6), exponent: 0.0 });
-}
+const SOFT: LightKind = LightKind::Spot { outer: 1.1, inner: Some(0.6), exponent: 0.0 };
 
 /// The edge of a classic spot's cone is hard, for the reference too; nothing else changes all at once.
 #[test]
-fn nothing_pops_past_classic_spots() {
-    assert_nothing_pops(LightKind::Spot { outer: 0.7, inner: None, exponent: 4.0 });
+fn nothing_pops_past_points_and_spots() {
+    for spot in [SOFT, LightKind::Spot { outer: 0.7, inner: None, exponent: 4.0 }] {
+        let Some(mut drive) = Drive::new(street(spot)) else { return };
+        let found = drive.drive();
+        println!("{found:?}");
+        let [smooth @ .., hard] = found.largest;
+        assert!(found.changes >= 10, "{spot:?}: {found:?}");
+        assert!(smooth.iter().all(|jump| *jump <= BOUND), "{spot:?}: {found:?}");
+        assert!(hard > 10.0 * BOUND, "{spot:?}: {found:?}");
+    }
 }
 
 /// Sudden changes of a lamp are steps for the reference, too. Lights that leave out next to nothing follow it with no
 /// more than [`BOUND`] beside that. Three lights do not: what they leave out is another then.
 #[test]
 fn lamps_that_are_switched_turned_and_spawned_are_no_larger_steps_than_by_all_lights() {
-    let Some(mut drive) = Drive::new(street(LightKind::Spot { outer: 1.1, inner: Some(0.6), exponent: 0.0 })) else {
-        return;
-    };
+    let Some(mut drive) = Drive::new(street(SOFT)) else { return };
     let lamps: Vec<Entity> = drive.simulation.world.get::<Children>(drive.row).expect("lamps").to_vec();
     let mut from = drive.at(ROAD / 2.0);
     let mut largest = [0.0f32; COUNT];

@@ -1,14 +1,9 @@
 //! Shadow maps of lamps: pictures whose every sample is known.
 
-use crate::common;
 use crate::common::floor::{Floor, HALF, check_edges, headless, is_free, lamp};
-use glam::{DVec2, DVec3, Quat, Vec3, Vec3Swizzles};
-use relief::frames::Headless;
-use relief::renderer::Settings;
-use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
-use systems::draw::{Camera, Projection};
-use systems::lights::{Light, LightKind, NoShadow};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use glam::Vec3Swizzles;
+use systems::lights::NoShadow;
 
 fn spot(intensity: f32, outer_degrees: f32) -> Light {
     let kind = LightKind::Spot { outer: outer_degrees.to_radians(), inner: Some(0.0), exponent: 0.0 };
@@ -28,8 +23,7 @@ fn of_spot(outer_degrees: f64) -> f64 {
 /// two that are interpolated, a sixteenth of the rasterizer, and at the foot what a comparison allows for (below).
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let down = Vec3::NEG_Y;
     let cases = [
         (lamp(8.0), Vec3::new(-0.9, 3.1, 0.4), down, BELOW),
@@ -130,8 +124,7 @@ fn a_point_has_shadows_as_sharp_as_texels() {
 /// the wall light may begin to go, as texels are interpolated, but half of it is there.
 #[test]
 fn a_wall_and_its_floor_meet_without_a_gap() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     // Below the lamp, and beside it, at up to 10° above the floor.
     for at in [[0.3, 3.0, -1.2], [-0.4, 2.0, -1.9], [0.1, 1.3, -2.9], [0.2, 1.0, -3.1], [0.2, 0.4, -2.3]] {
         let at = Vec3::from(at);
@@ -178,8 +171,7 @@ fn a_lamp_in_a_closed_box_lights_nothing_outside() {
 /// Holes, panes and what is marked; a mask without holes does.
 #[test]
 fn what_lets_light_through_casts_none() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let dark = |headless: &mut Headless, alpha: Option<(AlphaMode, f32)>, marked: bool| {
         let mut scene = Floor::new();
         let cube = scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
@@ -210,8 +202,7 @@ fn what_lets_light_through_casts_none() {
 /// Mirrored, turned and far from the origin: the same shadow, but for the rounding of places, a part in 2²³ of 65 km.
 #[test]
 fn a_mirrored_caster_and_a_far_one_have_the_same_shadow() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let dark = |headless: &mut Headless, scale: Vec3| {
         let mut scene = Floor::new();
         let turned = Quat::from_rotation_y(0.4);
@@ -228,8 +219,7 @@ fn a_mirrored_caster_and_a_far_one_have_the_same_shadow() {
 /// side, which turn away from the lamp sooner than the round shape, it has its light.
 #[test]
 fn coarse_levels_are_not_in_their_own_way() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     for distance in [20.0, 60.0, 200.0] {
         let mut scene = Floor::new();
         let ball = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::sphere(1.0, 256, 128));

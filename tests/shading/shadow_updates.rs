@@ -1,20 +1,11 @@
 //! Shadow maps from frame to frame: what is drawn anew, by which lights and views, and that pictures do not depend on
 //! what was drawn before.
 
-use crate::common;
 use crate::common::floor::{Floor, SIDE, headless, lamp};
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::Headless;
-use relief::renderer::{Gpu, PICTURE_FORMAT, Renderer, Settings, ShadowStats, SingleView};
-use relief::renderer::{ViewPlan, ViewState, ViewTarget, picture_texture, read_texture};
-use relief::viewpoint::Viewpoint;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material};
-use systems::draw::Camera;
-use systems::lights::{Light, NoShadow};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::renderer::ShadowStats;
+use relief::renderer::{ViewState, ViewTarget};
+use systems::lights::NoShadow;
 
 /// A world of lamps and cubes, drawn by one renderer.
 struct Drawn {
@@ -165,7 +156,7 @@ fn a_world_without_casters_has_no_layer_and_one_with_some_has_as_many_as_lights(
 #[test]
 fn the_past_does_not_matter() {
     let Some(gpu) = common::gpu() else { return };
-    let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut random = random();
     let (mut drawn, mut fresh) = (Drawn::new(&gpu), headless(&gpu));
     let sun = drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.5, -1.0, 0.2));
     for past in 0..50 {
@@ -201,8 +192,7 @@ fn the_past_does_not_matter() {
 /// Two lamps as important as each other, and one map: in 0.3 mm of the eye's way the map goes from one to the other.
 #[test]
 fn nobody_sees_a_layer_given_away() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let mut scene = Floor::new();
     scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
     let mut lit = Vec::new();
@@ -246,11 +236,8 @@ fn views_share_layers() {
     let [first, second] = &mut states;
     let mut views = [(&mut *first, plans[0].clone()), (&mut *second, plans[1].clone())];
     scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let views = [(first, &targets[0]), (second, &targets[1])];
-    let mut views = views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT));
-    renderer.encode(&mut encoder, &mut views);
-    gpu.queue.submit([encoder.finish()]);
+    common::encode(&mut renderer, &mut views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)));
     let shadows = renderer.stats().shadows;
     assert!((4..=5).contains(&shadows.layers) && shadows.passes == shadows.layers, "{shadows:?}");
     for (texture, plan) in textures.iter().zip(plans) {
@@ -287,9 +274,7 @@ fn views_that_take_turns_miss_nothing_that_moves() {
             let plan = ViewPlan { view, settings };
             let mut views = [(&mut *state, plan.clone())];
             drawn.scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            renderer.encode(&mut encoder, &mut [ViewTarget::new(state, &target, PICTURE_FORMAT)]);
-            gpu.queue.submit([encoder.finish()]);
+            common::encode(&mut renderer, &mut [ViewTarget::new(state, &target, PICTURE_FORMAT)]);
             let mut alone = SingleView::new(&gpu);
             let prepared = drawn.scene.simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings));
             prepared.expect("it fits");

@@ -1,13 +1,8 @@
 //! Shadows of directional lights: pictures whose every sample is known, and what they cost.
 
-use crate::common;
 use crate::common::floor::{Floor, SIDE, check_edges, headless, is_free, lamp};
-use glam::{DVec2, DVec3, Vec3};
-use relief::frames::Headless;
+use crate::common::{self, prelude::*};
 use relief::renderer::ShadowStats;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, shapes};
-use systems::lights::Light;
-use systems::space::Transform;
 
 /// Towards a sun so high above the horizon, on the side of −X.
 fn toward(elevation_degrees: f64) -> DVec3 {
@@ -42,8 +37,7 @@ fn texel(across: f64) -> f64 {
 /// half a one of the rasterizer.
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     for (elevation, height) in
         [(55.0, 3.0), (55.0, 9.0), (55.0, 30.0), (25.0, 3.0), (25.0, 5.5), (25.0, 14.0), (12.0, 4.0)]
     {
@@ -70,8 +64,7 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
 /// A floor lit at 3° has all of its light, in every level, and at every place of the eye in the grid of these.
 #[test]
 fn grazing_light_leaves_no_acne() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     for height in [1.0, 6.3, 11.2, 23.9, 47.0, 95.0, 190.0, 380.0, 700.0, 780.0] {
         let mut floor = Floor::new();
         add_sun(&mut floor, 20.0, 3.0);
@@ -86,8 +79,7 @@ fn grazing_light_leaves_no_acne() {
 /// plane or the last level are lit.
 #[test]
 fn casters_may_be_as_far_away_as_they_like() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     for (distance, eye, share) in [
         (20.0, Vec3::Y, 0.0),
         (900.0, Vec3::Y, 0.0),
@@ -115,8 +107,7 @@ fn casters_may_be_as_far_away_as_they_like() {
 /// moves and where points change their level, no pixel changes by a hundredth of the mean.
 #[test]
 fn nobody_sees_levels_change() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let mut floor = Floor::new();
     for (x, z, turn) in [(0.0, 0.0, 0.0), (1.3, 0.7, 0.4), (-1.2, -0.9, 1.1), (0.4, -1.7, 0.8)] {
         floor.add_cube(
@@ -164,8 +155,7 @@ fn nobody_sees_levels_change() {
 /// that hold what moves.
 #[test]
 fn cost_follows_change() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let mut floor = Floor::new();
     let cube = floor.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
     let far = floor.add_cube(Transform::from_xyz(0.0, 0.5, 70.0).with_scale(Vec3::splat(4.0)));
@@ -206,8 +196,7 @@ fn cost_follows_change() {
 /// Suns and lamps together are what each is by itself, added up: four suns, the brightest of five.
 #[test]
 fn suns_and_lamps_add_up() {
-    let Some(gpu) = common::gpu() else { return };
-    let mut headless = headless(&gpu);
+    let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let elevations = [70.0, 50.0, 35.0, 25.0, 60.0];
     let mut picture = |suns: std::ops::Range<usize>, has_lamp: bool| {
         let mut floor = Floor::new();

@@ -1,16 +1,13 @@
 //! Real sets of textures through the map tools' functions and every technique.
 
-use crate::common;
 use crate::common::bumps::{Stage, difference};
-use glam::{Quat, Vec2, Vec3};
+use crate::common::{self, prelude::*};
 use relief::tools::maps::files::Bits;
 use relief::tools::maps::preview::add_map;
 use relief::tools::maps::{
     HeightOptions, HorizonOptions, NormalOptions, Raster, Relief, files, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height,
 };
-use systems::assets::{ImageKind, Library, Map, Material, Technique};
-use systems::space::Transform;
 
 /// Base colour, and the height map if the set has one; deep: black is high.
 const SETS: [(&str, Option<(&str, bool)>); 5] = [

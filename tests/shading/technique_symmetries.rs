@@ -1,13 +1,10 @@
 //! Bump techniques under mirroring, stretching, from behind and through other UVs: pictures that must be equal.
 
 use crate::common::bumps::{Stage, difference, hills};
-use bevy_ecs::prelude::*;
-use glam::{Affine2, Quat, Vec2, Vec3};
+use crate::common::prelude::*;
+use glam::Affine2;
 use image::RgbaImage;
 use image::imageops::flip_horizontal;
-use systems::assets::{Map, Material, Technique, shapes};
-use systems::lights::Light;
-use systems::space::Transform;
 
 const SIDE: usize = 64;
 

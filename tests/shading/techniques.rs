@@ -1,13 +1,8 @@
 //! Bump techniques with known answers.
 
 use crate::common::bumps::{Stage, difference, hills};
-use bevy_ecs::prelude::*;
-use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
-use relief::renderer::OutputSet;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, Technique, shapes};
-use systems::draw::Environment;
-use systems::lights::{Light, LightPolicies, LightPolicy};
-use systems::space::Transform;
+use crate::common::prelude::*;
+use glam::Affine2;
 
 /// Techniques whose picture of a flat field is that of the smooth surface.
 const EXACT: [Technique; 11] = [
@@ -24,6 +19,11 @@ const EXACT: [Technique; 11] = [
     Technique::Emboss,
 ];
 
+/// The largest difference of two pictures in a channel.
+fn apart(a: &[Vec4], b: &[Vec4]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max)
+}
+
 fn set_technique(stage: &mut Stage, technique: Technique) {
     stage.headless.settings.technique = Some(technique);
 }
@@ -35,7 +35,7 @@ fn shapes_stage(material: impl FnOnce(&mut Stage) -> Material) -> Option<Stage> 
     let material = material(&mut stage);
     let torus = shapes::with_uv_scale(shapes::torus(0.6, 0.25, 48, 24), Vec2::new(4.0, 2.0));
     stage.spawn(torus, material.clone(), Transform::from_rotation(Quat::from_rotation_x(0.9)));
-    let turned = Transform::from_xyz(0.0, 0.1, 0.1).with_rotation(Quat::from_euler(glam::EulerRot::XYZ, 0.4, 0.6, 0.2));
+    let turned = Transform::from_xyz(0.0, 0.1, 0.1).with_rotation(Quat::from_euler(EulerRot::XYZ, 0.4, 0.6, 0.2));
     stage.spawn(shapes::cube(Vec3::splat(0.5)), material, turned.with_scale(Vec3::new(1.4, 0.8, 1.0)));
     Some(stage)
 }
@@ -55,15 +55,14 @@ fn flat_maps_give_exactly_the_smooth_picture() {
         assert!(smooth.iter().filter(|p| p.x > 0.05).count() > 800, "the scene is lit");
         for technique in EXACT {
             set_technique(&mut stage, technique);
-            let bumped = stage.linear();
-            let far = smooth.iter().zip(&bumped).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+            let far = apart(&smooth, &stage.linear());
             // The lights add up to less than 2: a step of the half floats of the target, whichever way they are
             // rounded.
             assert!(far <= 1.0 / 1024.0, "{technique:?} at level {level}: {far}");
         }
         for technique in [Technique::Dot3, Technique::EmbossMultipass] {
             set_technique(&mut stage, technique);
-            let far = smooth.iter().zip(stage.linear()).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max);
+            let far = apart(&smooth, &stage.linear());
             // Two roundings to 8 bits on the way: 1/255 and half of that, of less than 2. And vectors get shorter
             // between vertices that are up to 36° apart as the nearest light sees them: 1 − cos 18° of less than 1.
             // Sums in half floats: four for each light's alpha, which is doubled, and one each for what it gives and
@@ -83,7 +82,7 @@ fn missing_maps_are_flat() {
     let smooth = stage.linear();
     for technique in EXACT {
         set_technique(&mut stage, technique);
-        let far = smooth.iter().zip(stage.linear()).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max);
+        let far = apart(&smooth, &stage.linear());
         // A step of half floats, as above.
         assert!(far <= 1.0 / 1024.0, "{technique:?}: {far}");
     }
@@ -104,7 +103,7 @@ fn a_mesh_without_uvs_is_drawn_and_smooth_where_maps_move() {
         let pixels = stage.linear();
         assert!(pixels.iter().all(|p| p.is_finite()), "{name}");
         if EXACT.contains(&technique) {
-            let far = smooth.iter().zip(&pixels).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+            let far = apart(&smooth, &pixels);
             // Here, too, no more than a step of half floats, 2⁻¹⁰.
             assert!(far < 1.0 / 255.0, "{name}: {far}");
         }
@@ -136,7 +135,7 @@ fn emboss_in_one_pass_is_emboss_in_many() {
     let Some(mut stage) = shapes_stage(bumps) else { return };
     for samples in [1, 4] {
         stage.headless.settings.samples = samples;
-        for occlusion in [relief::renderer::Occlusion::Off, relief::renderer::Occlusion::On] {
+        for occlusion in [Occlusion::Off, Occlusion::On] {
             stage.headless.settings.occlusion = occlusion;
             set_technique(&mut stage, Technique::Emboss);
             let single = stage.linear();
@@ -191,7 +190,7 @@ fn six_half_lights_are_three_whole_ones_in_every_technique() {
 #[test]
 fn what_is_unlit_stays_so() {
     let unlit = |stage: &mut Stage| Material {
-        shading: systems::assets::Shading::Unlit,
+        shading: Shading::Unlit,
         base_factor: Vec4::new(0.2, 0.4, 0.6, 1.0),
         ..stage.material(16, 0.05, hills)
     };
@@ -225,7 +224,7 @@ fn maps_shrunk_to_a_point_are_drawn() {
 #[test]
 fn what_stands_out_before_its_bounds_is_not_taken_for_hidden() {
     let mut pictures = Vec::new();
-    for occlusion in [relief::renderer::Occlusion::Off, relief::renderer::Occlusion::On] {
+    for occlusion in [Occlusion::Off, Occlusion::On] {
         let Some(mut stage) = Stage::new((64, 64)) else { return };
         stage.three_lights();
         stage.headless.settings.occlusion = occlusion;
@@ -258,7 +257,7 @@ fn emboss_is_diffuse_light_plus_the_difference_of_two_heights() {
     let material = Material { technique: Technique::Emboss, emboss_step_texels: 32.0, ..ramp };
     stage.spawn(mesh, Material { specular_factor: Vec3::splat(9.0), ..material }, at);
     let from_left = Transform::from_xyz(-1.0, 0.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y);
-    stage.simulation.world.spawn((systems::lights::Light::directional(0.8), from_left));
+    stage.simulation.world.spawn((Light::directional(0.8), from_left));
     let middle = stage.linear()[17 * 17 / 2];
     let slant = std::f32::consts::FRAC_1_SQRT_2;
     // Toward the light the ground falls by 32 texels of 256, times the light's part along it.
@@ -280,7 +279,7 @@ fn the_shadow_of_a_step_ends_where_geometry_says() {
     for degrees in [20.0f32, 35.0, 50.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let from_right = Transform::from_xyz(cos, 0.0, sin).looking_at(Vec3::ZERO, Vec3::Y);
-        let light = stage.simulation.world.spawn((systems::lights::Light::directional(1.0), from_right)).id();
+        let light = stage.simulation.world.spawn((Light::directional(1.0), from_right)).id();
         for technique in [Technique::Horizon, Technique::ReliefHorizon, Technique::Relief, Technique::ZCorrect] {
             set_technique(&mut stage, technique);
             let row = stage.linear()[400..800].to_vec();
@@ -318,7 +317,7 @@ fn a_field_at_one_height_is_a_plane_at_that_height() {
             let Some(mut stage) = Stage::new((120, 120)) else { return };
             stage.three_lights();
             let image = Image::rgba8("pattern", 64, 64, ImageKind::Color, texels.clone());
-            let base_map = Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(image)));
+            let base_map = stage.add(image);
             let material = Material { technique, base_map, ..stage.material(8, 0.1, |_, _| 0.5) };
             let (mesh, at) = Stage::facing(Vec2::splat(2.0));
             let down = if technique == Technique::Off { 0.1 } else { 0.0 };
@@ -344,7 +343,7 @@ fn an_image_twice_as_wide_as_high_has_square_texels() {
     let add = |stage: &mut Stage, texel: &dyn Fn(usize) -> Vec4| {
         let texels: Vec<Vec4> = (0..wide * high).map(|i| texel(i / wide)).collect();
         let image = Image::rgba16("wide", wide as u32, high as u32, ImageKind::Data, &texels);
-        Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(image)))
+        stage.add(image)
     };
     // Up above the middle, where the light comes from; clamped, so that the lower edge does not rise again.
     let is_up = |row: usize| row < high / 2;
@@ -367,7 +366,7 @@ fn an_image_twice_as_wide_as_high_has_square_texels() {
     stage.spawn(mesh, material, at);
     let (sin, cos) = 45f32.to_radians().sin_cos();
     let from_above = Transform::from_xyz(0.0, cos, sin).looking_at(Vec3::ZERO, Vec3::Y);
-    stage.simulation.world.spawn((systems::lights::Light::directional(1.0), from_above));
+    stage.simulation.world.spawn((Light::directional(1.0), from_above));
     for technique in [Technique::Relief, Technique::Horizon] {
         set_technique(&mut stage, technique);
         let column: Vec<Vec4> = stage.linear().chunks(3).map(|row| row[1]).collect();
@@ -441,7 +440,7 @@ fn perturbed_normals_are_near_those_of_the_derived_map() {
 /// A map of one colour.
 fn constant(stage: &mut Stage, color: [u8; 4], kind: ImageKind) -> Option<Map> {
     let image = Image::rgba8("constant", 1, 1, kind, color.to_vec());
-    Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(image)))
+    stage.add(image)
 }
 
 #[test]
@@ -451,7 +450,7 @@ fn an_offset_turns_the_mirror() {
     // All around, from +Z by −X, −Z and +X to +Z again: green grows with the angle.
     let columns: Vec<u8> = (0..256u32).flat_map(|x| [0, x as u8, 0, 255]).collect();
     let columns = Image::rgba8("columns", 256, 1, ImageKind::Data, columns);
-    let environment = Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(columns)));
+    let environment = stage.add(columns);
     for (du, matrix) in [(128u8, 1.0), (192, 1.0), (64, 1.0), (192, 0.5)] {
         let offset_map = constant(&mut stage, [du, 128, 0, 255], ImageKind::Data);
         let (mesh, at) = Stage::facing(Vec2::splat(2.0));
@@ -483,7 +482,7 @@ fn an_offset_moves_what_lies_behind() {
     stage.orthographic(5.0 / 201.0);
     // Behind: dark to the left of x = 0, bright to the right.
     let glow = |value: f32| Material {
-        shading: systems::assets::Shading::Unlit,
+        shading: Shading::Unlit,
         base_factor: Vec4::new(value, value, value, 1.0),
         ..Material::default()
     };
@@ -531,7 +530,7 @@ fn dot3_computes_with_bytes() {
         stage.spawn(mesh, material, at);
         let direction = Vec3::new(0.48, 0.6, 0.64);
         let place = Transform::from_translation(direction).looking_at(Vec3::ZERO, Vec3::Y);
-        stage.simulation.world.spawn((systems::lights::Light::directional(1.0), place));
+        stage.simulation.world.spawn((Light::directional(1.0), place));
         let middle = stage.linear()[40];
         let byte = |v: Vec3| (v.clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5).floor() / 255.0;
         let light = byte(direction * 0.5 + 0.5) * 2.0 - 1.0;

@@ -1,16 +1,9 @@
 //! `relief bench` as a user runs it: its figures make sense, its suite writes what it says, its scene is always the
 //! same.
 
-use crate::common::{self, text};
-use glam::Vec3;
-use relief::renderer::{Gpu, Settings, SingleView};
+use crate::common::{self, prelude::*, text};
 use relief::tools::bench::{Grid, GridMesh, GridPlan, GridView};
-use relief::viewpoint::Viewpoint;
-use serde_json::Value;
-use std::fs;
-use std::path::Path;
 use std::process::Output;
-use systems::assets::MeshId;
 
 const SMALL: [&str; 7] =
     ["--objects=60", "--lights=5", "--size=64x36", "--frames=4", "--warm-up=2", "--seconds=60", "--threads=2"];
@@ -140,8 +133,7 @@ fn other_meshes_are_drawn_as_often() {
 
 #[test]
 fn the_same_arguments_give_the_same_picture() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let picture = |name: &str, more: &[&str]| {
         let file = format!("--picture={name}.png");
         done(&[small(&["--size=160x90", &file]), more.to_vec()].concat(), folder.path());
@@ -156,8 +148,7 @@ fn the_same_arguments_give_the_same_picture() {
 /// Measured pictures are those that other commands draw, by default.
 #[test]
 fn a_scene_is_drawn_as_render_draws_it() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/shapes.ron");
     let size = "--size=160x90";
     let measured = ["--scene", scene, size, "--warm-up=1", "--frames=2", "--seconds=60", "--picture=bench.png"];
@@ -172,8 +163,7 @@ fn a_scene_is_drawn_as_render_draws_it() {
 
 #[test]
 fn a_trace_shows_frames_systems_and_passes() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     done(&small(&["--trace=t.json"]), folder.path());
     let trace: Value = serde_json::from_slice(&fs::read(folder.path().join("t.json")).expect("a trace")).expect("JSON");
     let events = trace["traceEvents"].as_array().expect("events");
@@ -196,8 +186,7 @@ fn a_trace_shows_frames_systems_and_passes() {
 
 #[test]
 fn a_suite_writes_everything_and_compares() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let suite =
         ["--suite", "--quick", "--objects=50", "--lights=4", "--size=32x18", "--frames=2", "--warm-up=1", "-o", "out"];
     done(&suite, folder.path());
@@ -260,8 +249,7 @@ fn bad_arguments_are_refused_in_a_line() {
 
 #[test]
 fn bad_files_are_refused_before_anything_is_measured() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     fs::write(folder.path().join("broken.glb"), b"no model").expect("a file");
     fs::write(folder.path().join("words.jsonl"), b"not JSON\n").expect("a file");
     fs::write(folder.path().join("other.jsonl"), b"{}\n").expect("a file");

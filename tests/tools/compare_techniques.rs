@@ -1,13 +1,10 @@
 //! `relief compare`: what must hold between techniques and real geometry, on height maps small enough for any
 //! rasteriser.
 
-use crate::common::{self, assert_fails};
+use crate::common::{self, assert_fails, prelude::*};
 use image::{ImageBuffer, Luma, Rgb, RgbImage};
 use relief::tools::technique_error::{BaseMesh, CompareJob, Report, Row, measure};
-use std::fs;
-use std::path::Path;
 use std::process::Output;
-use systems::assets::Technique;
 
 const TEXELS: u32 = 64;
 
@@ -66,8 +63,7 @@ fn is_nearest(report: &Report, technique: &str) -> bool {
 
 #[test]
 fn the_more_a_technique_does_the_nearer_it_is_to_real_geometry() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(studs);
+    let Some(folder) = with_gpu(|| heights_folder(studs)) else { return };
     let report = compare(folder.path(), |_| {});
     assert_eq!(report.rows.len(), Technique::ALL.len() + 1);
     let shadowed = |technique: &str| row(&report, technique).shadowed;
@@ -95,8 +91,7 @@ fn the_more_a_technique_does_the_nearer_it_is_to_real_geometry() {
 /// where it is half as bright, and horizons are known in eight directions only.
 #[test]
 fn shadows_are_where_rays_through_the_geometry_have_them() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(studs);
+    let Some(folder) = with_gpu(|| heights_folder(studs)) else { return };
     let report = compare(folder.path(), |job| {
         job.techniques = vec![Technique::Relief, Technique::Horizon, Technique::ReliefHorizon];
         job.angle = 0.0;
@@ -112,8 +107,7 @@ fn shadows_are_where_rays_through_the_geometry_have_them() {
 /// Straight from above, where no ray slants much, what remains of the error is how edges are smoothed.
 #[test]
 fn relief_at_full_depth_is_the_displaced_geometry_seen_from_above() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(studs);
+    let Some(folder) = with_gpu(|| heights_folder(studs)) else { return };
     let report = compare(folder.path(), |job| {
         job.techniques = vec![Technique::Relief, Technique::Normal];
         job.angle = 0.0;
@@ -125,8 +119,7 @@ fn relief_at_full_depth_is_the_displaced_geometry_seen_from_above() {
 
 #[test]
 fn a_flat_map_leaves_nothing_to_tell_techniques_apart() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(|_, _| 1.0);
+    let Some(folder) = with_gpu(|| heights_folder(|_, _| 1.0)) else { return };
     let report = compare(folder.path(), |job| job.size = (80, 60));
     assert!(report.silhouette_pixels == 0.0, "{report}");
     for row in &report.rows {
@@ -147,8 +140,7 @@ fn a_flat_map_leaves_nothing_to_tell_techniques_apart() {
 /// A grey map is a plane that lies deeper: its picture moves and shrinks, which only the techniques with parallax show.
 #[test]
 fn a_sunken_plane_is_seen_where_it_lies() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(|_, _| 0.25);
+    let Some(folder) = with_gpu(|| heights_folder(|_, _| 0.25)) else { return };
     let checkers = |x: u32, y: u32| Rgb([if (x / 8 + y / 8).is_multiple_of(2) { 230 } else { 40 }; 3]);
     RgbImage::from_fn(64, 64, checkers).save(folder.path().join("base.png")).expect("a map");
     let report = compare(folder.path(), |job| {
@@ -167,8 +159,7 @@ fn a_sunken_plane_is_seen_where_it_lies() {
 /// Errors that remain: slopes are steeper than the normal map says where the image is squeezed, as at poles.
 #[test]
 fn round_figures_are_compared_too() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(studs);
+    let Some(folder) = with_gpu(|| heights_folder(studs)) else { return };
     for figure in [BaseMesh::Sphere, BaseMesh::Torus] {
         let report = compare(folder.path(), |job| {
             job.figure = figure;
@@ -187,8 +178,7 @@ fn relief(folder: &Path, args: &[&str]) -> Output {
 
 #[test]
 fn the_command_writes_figures_and_pictures_or_nothing() {
-    let Some(_) = common::gpu() else { return };
-    let folder = heights_folder(studs);
+    let Some(folder) = with_gpu(|| heights_folder(studs)) else { return };
     let small = ["--height", "heights.png", "--size", "64x48", "--technique", "relief,normal"];
     let output = relief(folder.path(), &[&small[..], &["--json"]].concat());
     assert!(output.status.success(), "{}", common::text(&output.stderr));

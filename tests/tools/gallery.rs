@@ -1,8 +1,6 @@
 //! `relief gallery`: the scene of all techniques, once for each shape; scenes that cannot be one.
 
-use crate::common::{self, assert_fails, text};
-use std::fs;
-use std::path::Path;
+use crate::common::{self, assert_fails, prelude::*, text};
 use std::process::Output;
 
 fn gallery(folder: &Path, args: &[&str]) -> Output {
@@ -12,8 +10,7 @@ fn gallery(folder: &Path, args: &[&str]) -> Output {
 /// The scene is found although the working directory is another, and its figures' shapes differ.
 #[test]
 fn every_shape_gets_a_picture_and_a_place_on_the_sheet() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let output = common::succeeds(&["gallery", "-o", "out", "--size", "160x90"], folder.path());
     let out = folder.path().join("out");
     let names = ["torus.png", "sphere.png", "cube.png", "quad.png", "gallery.png"];
@@ -47,8 +44,7 @@ const STILL: &str = r#"(
 
 #[test]
 fn any_scene_with_a_figure_will_do_at_any_frame() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     fs::write(folder.path().join("still.ron"), STILL).expect("a scene");
     let mut boxes = Vec::new();
     for frame in ["0", "20"] {
@@ -61,8 +57,7 @@ fn any_scene_with_a_figure_will_do_at_any_frame() {
 
 #[test]
 fn scenes_that_cannot_be_drawn_leave_nothing_behind() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let plain = STILL.replace(r#"figure: ["ball", "box"], "#, r#"mesh: "ball", "#);
     fs::write(folder.path().join("plain.ron"), plain).expect("a scene");
     fs::write(folder.path().join("broken.ron"), "(entities: [").expect("a scene");

@@ -1,8 +1,8 @@
 //! `relief lights`: scenes whose error is known, and the ones where a quotient could go wrong.
 
+use crate::common::prelude::*;
 use crate::{common, frame_job};
 use relief::tools::light_error::{LightReport, PolicyError, measure};
-use std::path::Path;
 
 const NONE: PolicyError = PolicyError { mean: 0.0, p99: 0.0, flip: 0.0, seams: 0.0 };
 
@@ -151,8 +151,7 @@ fn where_nothing_is_left_out_and_between_objects_there_are_no_seams() {
 
 #[test]
 fn on_the_shipped_scene_three_are_nearer_than_hard() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
     let job = frame_job(&scene, folder.path(), (160, 90));
     let found = measure(&job).expect("a report");
@@ -167,8 +166,7 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
 /// its roads are cut into pieces under many lamps. The figures of docs/lights.md are those of a larger picture.
 #[test]
 fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron");
     let job = frame_job(&scene, folder.path(), (320, 180));
     let found = measure(&job).expect("a report");

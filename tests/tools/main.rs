@@ -17,9 +17,8 @@ mod models;
 mod shadow_truth;
 mod specular_aa;
 
-use relief::session::LoadOptions;
+use crate::common::prelude::*;
 use relief::tools::frame_error::FrameErrorJob;
-use std::path::Path;
 
 /// Error of a scene's first frame, seen by its first camera.
 fn frame_job(scene: &Path, folder: &Path, size: (u32, u32)) -> FrameErrorJob {

@@ -1,14 +1,13 @@
 //! Baked maps whose answer is known.
 
+use crate::common::prelude::*;
 use crate::models;
-use glam::{Affine3A, Quat, UVec2, Vec2, Vec3};
 use relief::tools::maps::Raster;
 use relief::tools::maps::bake::{
     BakeOptions, Baked, Coverage, Reach, Role, Surface, Target, Texel, Unwrap, Wanted, bake,
 };
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::num::NonZero;
-use systems::assets::{Mesh, shapes};
 
 const LOW: Role = Role::Low { uv_set: 0 };
 

@@ -1,22 +1,12 @@
 //! `relief map bake` and `relief map tile` as a user meets them, an independent bake in Python, and the picture.
 
-use crate::common::{self, assert_fails, text};
+use crate::common::{self, assert_fails, prelude::*, text};
 use crate::models;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::frames::Headless;
-use relief::renderer::{DebugView, Settings, SingleView};
 use relief::tools::maps::bake::{BakeOptions, Reach, Role, Surface, Target, Wanted, bake};
 use std::f32::consts::TAU;
 use std::ffi::OsStr;
-use std::fs;
-use std::path::Path;
 use std::process::Output;
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
 use systems::assets::tangents::compute_tangents;
-use systems::assets::{Image, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, shapes};
-use systems::draw::Camera;
-use systems::space::Transform;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
     common::relief(&[&["map"], args].concat(), folder)
@@ -50,11 +40,10 @@ fn maps_are_written_and_the_report_says_how() {
         vec!["bake", low, high, "-o", out, "--size", "96x48", "--cage", "0.15", "--rays", "4"]
     };
     let report = said(&arguments("low.glb", "high.glb", "one"), folder);
-    for needle in
-        ["96×48 texels, from 9216 triangles", "baked     4608", "missed    0", "million a second", "height_scale_uv"]
-    {
-        assert!(report.contains(needle), "no \"{needle}\" in {report}");
-    }
+    assert_has(
+        &report,
+        &["96×48 texels, from 9216 triangles", "baked     4608", "missed    0", "million a second", "height_scale_uv"],
+    );
     let kind = |name: &str| {
         let image = image::open(folder.join(name)).expect("an image");
         (image.width(), image.height(), image.color())
@@ -216,8 +205,7 @@ fn a_bake_by_brute_force_in_python_agrees() {
 
 #[test]
 fn the_picture_shows_the_maps_on_the_right() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     write(folder.path(), "low.glb", &[(&models::coarse_torus(), ONE)]);
     write(folder.path(), "high.glb", &[(&models::fine_torus(384, 192), ONE)]);
     let args = ["bake", "low.glb", "high.glb", "-o", "out", "--size", "512", "--cage", "0.15", "--preview", "look.png"];

@@ -2,14 +2,12 @@
 //!
 //! They must agree to less than a thousandth of a step of 8 bits on made-up maps and on real ones.
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use relief::tools::maps::files;
 use relief::tools::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, NormalOptions, Polish, Raster, Relief, SpecularModel,
     SpecularOptions, height_from_color, horizon_from_height, normal_from_height, offset_from_height, specular_from,
 };
-use serde_json::{Value, json};
-use std::fs;
 
 /// 65 roundings of 2⁻²⁴.
 const TOLERANCE: f32 = 0.001 / 255.0;

@@ -1,12 +1,11 @@
 //! Maps of patches that repeat.
 
+use crate::common::prelude::*;
 use crate::models;
-use glam::{Affine3A, Vec3};
 use relief::tools::maps::bake::{BakeOptions, Baked, Role, Surface, Target, TileOptions, Wanted, bake_tile};
 use relief::tools::maps::{Edges, Raster};
 use std::f32::consts::TAU;
 use std::num::NonZero;
-use systems::assets::{Mesh, shapes};
 
 fn tiled(meshes: &[(Mesh, Vec3)], size: (usize, usize), period: Option<f32>, rays: usize) -> Baked {
     let mut patch = Surface::default();

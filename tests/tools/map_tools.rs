@@ -1,9 +1,7 @@
 //! `relief map` as a user meets it: files, messages, exit codes, real textures.
 
-use crate::common::{self, assert_fails, names, text};
+use crate::common::{self, assert_fails, names, prelude::*, text};
 use relief::tools::maps::files;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Output;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
@@ -299,8 +297,7 @@ fn real_sets(data: &Path) -> Vec<(&'static str, Vec<&'static str>, PathBuf)> {
 #[test]
 fn real_textures_go_through_every_tool_and_are_drawn() {
     let Some(data) = common::test_data() else { return };
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     for (tool, options, file) in real_sets(&data) {
         let source = files::read(&file).expect("a texture");
         let input = file.to_string_lossy();

@@ -1,20 +1,13 @@
 //! The map tools as functions: known answers, worked out by hand or by trying every texel.
 
-use crate::common;
-use glam::{Quat, UVec2, Vec2, Vec3};
+use crate::common::{self, prelude::*};
 use proptest::prelude::*;
-use relief::frames::Headless;
-use relief::renderer::{DebugView, Settings, SingleView};
 use relief::tools::maps::files::{self, Bits};
 use relief::tools::maps::preview::add_map;
 use relief::tools::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, NormalOptions, Polish, Raster, Relief, SpecularModel,
     SpecularOptions, height_from_color, horizon_from_height, normal_from_height, offset_from_height, specular_from,
 };
-use systems::Simulation;
-use systems::assets::{ImageKind, Library, Material, Technique, shapes};
-use systems::draw::Camera;
-use systems::space::Transform;
 
 const FILTERS: [Filter; 3] = [Filter::Central, Filter::Sobel, Filter::Scharr];
 const EDGES: [Edges; 2] = [Edges::Wrap, Edges::Clamp];

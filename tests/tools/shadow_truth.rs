@@ -1,13 +1,11 @@
 //! `relief shadows`: shadows whose every sample is known, and pictures that have none.
 
+use crate::common::prelude::*;
 use crate::{common, frame_job};
-use glam::{DVec2, DVec3};
 use image::RgbImage;
 use relief::tools::compare::PictureError;
 use relief::tools::frame_error::FrameErrorJob;
 use relief::tools::shadow_error::{ShadowReport, measure};
-use std::path::PathBuf;
-use systems::assets::Technique;
 use systems::assets::color::linear_from_srgb;
 
 const NONE: PictureError = PictureError { mean: 0.0, p99: 0.0, flip: 0.0 };
@@ -326,8 +324,7 @@ fn without_anything_in_the_way_traced_shadows_change_no_bit() {
 
 #[test]
 fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
-    let Some(_) = common::gpu() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(folder) = with_gpu(Folder::new) else { return };
     let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
     let found = measure(&frame_job(&scene, folder.path(), (160, 90)), 32).expect("a report");
     assert_eq!(found.lights, 44);

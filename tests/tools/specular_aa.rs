@@ -5,15 +5,8 @@
 //! counts what stands out, as sparkles do; and the mean of the amounts. `--nocapture` shows them.
 
 use crate::common::bumps::Stage;
-use bevy_ecs::prelude::*;
-use glam::{Quat, UVec2, Vec2, Vec3};
-use relief::renderer::OutputSet;
+use crate::common::prelude::*;
 use std::f32::consts::{FRAC_PI_2, TAU};
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{Image, ImageKind, Library, Map, Material, MaterialId, Shading, Technique, shapes};
-use systems::draw::{Camera, Projection};
-use systems::lights::Light;
-use systems::space::Transform;
 
 /// Random numbers 0..1, the same in every run (Knuth's MMIX generator).
 struct Random(u64);

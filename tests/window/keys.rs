@@ -1,16 +1,12 @@
 //! The window under a display of its own, with real key presses: what is seen is compared with what `relief render`
 //! writes, pixel for pixel.
 
-use crate::common;
 use crate::common::app::{AWAY, App, Place, SIZE, last_step, size};
 use crate::common::display::{Display, missing, wait_for};
-use glam::{Vec2, Vec3};
+use crate::common::{self, prelude::*};
 use image::{Rgb, RgbImage};
-use std::fs;
 use std::process::Command;
 use std::time::Duration;
-use systems::draw::{Camera, View};
-use systems::space::Transform;
 
 /// The panel's part of a window of that size; the scene stays as it is left of it.
 const PANEL_WIDTH: u32 = 292;
@@ -54,26 +50,23 @@ fn place() -> Place {
 fn the_window_shows_what_render_writes_and_keys_change_it() {
     let place = place();
     let Some(display) = Display::start(place.path()) else { return };
-    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
-    let plain = place.rendered(0, &[]);
-    app.shows("the picture of frame 0", &plain);
+    let (app, plain) = App::paused(&place, &display);
 
-    let off = place.rendered(0, &["--technique", "off"]);
-    assert_ne!(plain, off);
-    app.press(&["b"]);
-    app.shows("the scene without bump mapping", &off);
-    app.press(&["b"]);
-    app.shows("the scene with bump mapping again", &plain);
-
-    let unshadowed = place.rendered(0, &["--shadows", "0"]);
-    assert_ne!(plain, unshadowed);
-    app.press(&["x"]);
-    app.shows("the scene without shadows", &unshadowed);
-    app.press(&["x"]);
-    app.shows("the scene with shadows again", &plain);
+    for (key, what, options) in [
+        ("b", "the scene without bump mapping", ["--technique", "off"]),
+        ("x", "the scene without shadows", ["--shadows", "0"]),
+        ("c", "the other camera", ["--camera", "above"]),
+    ] {
+        let other = place.rendered(0, &options);
+        assert_ne!(plain, other);
+        for (what, picture) in [(what, &other), ("the scene as it was", &plain)] {
+            app.press(&[key]);
+            app.shows(what, picture);
+        }
+    }
 
     app.press(&["f"]);
-    app.wait_for_picture("another figure", |seen| *seen != plain && *seen != off);
+    app.wait_for_picture("another figure", |seen| *seen != plain);
     app.press(&["f"]);
     app.shows("the first figure again", &plain);
 
@@ -83,11 +76,6 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
     app.shows("tangents", &place.rendered(0, &["--debug", "tangent"]));
     app.press(&["v", "v", "v", "v", "v", "v"]);
     app.shows("light again", &plain);
-
-    app.press(&["c"]);
-    app.shows("the other camera", &place.rendered(0, &["--camera", "above"]));
-    app.press(&["c"]);
-    app.shows("the first camera again", &plain);
 
     app.close();
 }
@@ -176,14 +164,9 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
     let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let read = |name: &str| place.read(name);
-    let mut command = place.relief();
     // A frame is checked four times.
-    command.env("RELIEF_LOSE_DEVICE", "50").env("RUST_LOG", "relief=warn");
-    command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
-    let app = App::of(command, &display, &["--no-panel", "--hash", "window.txt"]);
-    app.wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
-    let lost = read("window.txt").lines().count();
-    app.wait_for("steps after it", || (read("window.txt").lines().count() > lost + 30).then_some(()));
+    let app = App::of(place.losing_after(50), &display, &["--no-panel", "--hash", "window.txt"]);
+    place.wait_for_loss(&app, 30);
     app.press(&["space"]);
     let stopped = last_step(|| read("window.txt"));
     let still = place.rendered(stopped, &["--hash", "render.txt"]);
@@ -202,10 +185,7 @@ fn a_device_may_be_lost_anywhere_in_a_frame() {
     let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     for check in 1..=4 {
-        let mut command = place.relief();
-        command.env("RELIEF_LOSE_DEVICE", check.to_string()).env("RUST_LOG", "relief=warn");
-        command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
-        let app = App::of(command, &display, &["--paused"]);
+        let app = App::of(place.losing_after(check), &display, &["--paused"]);
         let errors = || place.read("errors.txt");
         app.wait_for("the loss", || errors().contains("the graphics device was lost").then_some(()));
         app.press(&["Escape"]);
@@ -242,9 +222,7 @@ fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
 fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
     let place = place();
     let Some(display) = Display::start(place.path()) else { return };
-    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
-    let plain = place.rendered(0, &[]);
-    app.shows("the picture of frame 0", &plain);
+    let (app, plain) = App::paused(&place, &display);
     let drag = |button: &'static str| {
         let along = ["mousemove", "200", "100", "mousedown", button, "mousemove", "240", "110", "mouseup", button];
         [&along[..], &AWAY].concat()
@@ -295,9 +273,7 @@ fn share_along(picture: &RgbImage, from: Vec2, to: Vec2, passes: impl Fn(&Rgb<u8
 fn lines_lead_from_the_selected_object_to_its_lights() {
     let place = place();
     let Some(display) = Display::start(place.path()) else { return };
-    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
-    let plain = place.rendered(0, &[]);
-    app.shows("the picture of frame 0", &plain);
+    let (app, plain) = App::paused(&place, &display);
     let click = |point: Vec3| {
         let at = pixel_of(point).as_ivec2();
         let (x, y) = (at.x.to_string(), at.y.to_string());

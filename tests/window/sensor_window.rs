@@ -1,14 +1,11 @@
 //! Sensors in the window: what is seen of them is compared with the files that `relief render --sensors` writes, and a
 //! run in which they are looked at with one in which nothing is.
 
-use crate::common;
 use crate::common::app::{AWAY, App, Place, SIZE, last_step};
 use crate::common::display::{Display, wait_for};
+use crate::common::{self, prelude::*};
 use image::RgbImage;
 use image::imageops::crop_imm;
-use relief::sense::{Capture, SensorSuite};
-use relief::session::Session;
-use std::fs;
 use systems::run::state_hash;
 
 /// The front camera's pictures are as large as thumbnails are at most, so that a pixel of them is one of the window's.
@@ -60,9 +57,7 @@ fn found(picture: &RgbImage, within: &RgbImage) -> Option<(u32, u32)> {
 fn thumbnails_show_what_render_writes_and_one_fills_the_view() {
     let place = Place::of(SCENE);
     let Some(display) = Display::start(place.path()) else { return };
-    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
-    let plain = place.rendered(0, &[]);
-    app.shows("the picture of frame 0", &plain);
+    let (app, plain) = App::paused(&place, &display);
 
     let first = seen_by_front(&place, 0);
     app.press(&["t"]);
@@ -126,17 +121,11 @@ fn a_run_does_not_notice_that_its_sensors_are_looked_at() {
 fn sensors_are_looked_at_again_with_another_device() {
     let place = Place::of(SCENE);
     let Some(display) = Display::start(place.path()) else { return };
-    let mut command = place.relief();
-    command.env("RELIEF_LOSE_DEVICE", "400").env("RUST_LOG", "relief=warn");
-    command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
-    let app = App::of(command, &display, &["--no-panel", "--hash", "window.txt"]);
-    let read = |name: &str| place.read(name);
+    let app = App::of(place.losing_after(400), &display, &["--no-panel", "--hash", "window.txt"]);
     app.press(&["t", "m"]);
-    app.wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
-    let lost = read("window.txt").lines().count();
-    app.wait_for("steps after it", || (read("window.txt").lines().count() > lost + 10).then_some(()));
+    place.wait_for_loss(&app, 10);
     app.press(&["space"]);
-    let stopped = last_step(|| read("window.txt"));
+    let stopped = last_step(|| place.read("window.txt"));
     let seen = seen_by_front(&place, stopped / 2 * 2);
     app.wait_for_picture("the last capture", |picture| found(&seen, picture).is_some());
     app.close();

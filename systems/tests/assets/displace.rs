@@ -1,10 +1,8 @@
 //! Displaced meshes: what is flat stays as it is, and steps are where the map has them.
 
-use glam::{UVec2, Vec2, Vec3, Vec4};
-use std::collections::HashMap;
+use super::*;
 use std::f32::consts::FRAC_PI_4;
 use systems::assets::displace::{Displacement, HeightMap, displace};
-use systems::assets::{Image, ImageKind, Mesh, Sampler, Wrap, shapes};
 
 fn map(width: u32, height: u32, sampler: Sampler, of: impl Fn(u32, u32) -> f32) -> HeightMap {
     let texel = |i: u32| Vec4::splat(of(i % width, i / width));

@@ -1,13 +1,9 @@
 //! Levels of detail of shapes, of pieces that meet, and of meshes that nothing can be made of.
 
-use crate::open_edges;
-use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
-use proptest::prelude::*;
-use systems::Simulation;
+use super::*;
+use glam::Mat3;
+use systems::assets::Level;
 use systems::assets::levels::{LevelOfDetail, MOST_LEVELS, simplify};
-use systems::assets::split::{Grid, split};
-use systems::assets::tangents::compute_tangents;
-use systems::assets::{Level, Library, Mesh, shapes};
 
 /// A mesh with its tangents, its levels, and the triangles of each.
 fn with_levels(mut mesh: Mesh) -> (Mesh, Vec<Level>, Vec<Vec<[u32; 3]>>) {

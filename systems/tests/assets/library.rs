@@ -1,11 +1,8 @@
 //! Meshes, materials and images that are replaced and removed while they are used.
 
+use super::*;
 use bevy_ecs::prelude::*;
-use glam::{UVec2, Vec2, Vec3};
-use systems::Simulation;
-use systems::assets::{
-    AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MaterialId, MeshId, Sampler, Wrap, bounds_of, shapes,
-};
+use systems::assets::{AlphaMode, ImageId, Map, Material, MaterialId, MeshId, bounds_of};
 use systems::draw::pieces::{Pieces, draw_in_pieces};
 use systems::draw::{MaterialTable, TextureArray};
 use systems::lights::{Light, SelectedLights};

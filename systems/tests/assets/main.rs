@@ -6,6 +6,13 @@ mod library;
 mod split;
 mod tangents;
 
+use glam::{UVec2, UVec3, Vec2, Vec4};
+use proptest::prelude::*;
+use systems::Simulation;
+use systems::assets::split::{Grid, split};
+use systems::assets::tangents::compute_tangents;
+use systems::assets::{Image, ImageKind, Library, Mesh, Sampler, Wrap, shapes};
+
 use glam::Vec3;
 use std::collections::HashMap;
 

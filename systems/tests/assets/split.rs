@@ -1,12 +1,7 @@
 //! Meshes cut into pieces: nothing gapes, nothing is lost, nothing changes but where the cuts are.
 
-use crate::{bits, open_edges};
-use glam::{UVec2, UVec3, Vec2, Vec3, Vec4};
-use proptest::prelude::*;
-use std::collections::HashMap;
-use systems::assets::split::{Grid, MOST_PIECES, split};
-use systems::assets::tangents::compute_tangents;
-use systems::assets::{Library, Mesh, shapes};
+use super::*;
+use systems::assets::split::MOST_PIECES;
 use systems::space::Aabb;
 
 fn triangles(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {

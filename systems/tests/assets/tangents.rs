@@ -1,14 +1,11 @@
 //! Tangents against the output of the reference MikkTSpace, and on meshes that it has no answer for.
 
+use super::*;
 use bevy_ecs::change_detection::DetectChanges;
-use glam::{Vec2, Vec3, Vec4};
-use proptest::prelude::*;
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use systems::Simulation;
-use systems::assets::tangents::{TangentReport, compute_tangents};
-use systems::assets::{Library, Mesh};
+use systems::assets::tangents::TangentReport;
 
 /// `RELIEF_TEST_DATA`, or `shared/data` beside the project; `None`, said aloud, where there is none.
 fn test_data() -> Option<PathBuf> {

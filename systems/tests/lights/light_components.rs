@@ -1,13 +1,7 @@
 //! Light entities, and a frame's statistics of the choice of lights.
 
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use systems::Simulation;
+use super::*;
 use systems::assets::color::linear_from_kelvin;
-use systems::assets::{Library, shapes};
-use systems::ecs::stats::FrameStats;
-use systems::lights::{Light, LightPolicies, LightPolicy, LightRecord};
-use systems::space::Transform;
 
 #[test]
 fn a_temperature_becomes_the_colour_of_a_black_body() {

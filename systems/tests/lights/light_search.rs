@@ -1,20 +1,13 @@
 //! The choice of lights: the plain search against its definition, the fast one against the plain one, weights and
 //! residual.
 
-use crate::common::{
-    LUMINANCE, Scene, any_direction, any_odd_light, any_place, any_policy, cases, placed, scene, true_falloff,
-};
+use super::*;
+use crate::common::{Scene, scene};
 use bevy_tasks::TaskPoolBuilder;
-use glam::{DVec3, Vec3};
-use proptest::prelude::*;
-use proptest::sample::Index;
+use glam::DVec3;
 use std::collections::BTreeMap;
 use systems::lights::search::{Level, Scratch, select_sparse};
-use systems::lights::{
-    Light, LightKind, LightPolicy, LightRecord, LightTree, NO_LIGHT, Policies, ScoredLight, SelectedLights, Selection,
-    irradiance, light_record, score, select_parallel,
-};
-use systems::space::Sphere;
+use systems::lights::{LightTree, select_parallel};
 
 prop_compose! {
     /// Lights (some of them twice and more, so that scores tie) and objects, around the origin or 10 km off.

@@ -1,23 +1,13 @@
 //! Cells and portals: what light comes through them, and that it is chosen as the plain search chooses.
 
-use crate::common::{any_light, any_place, any_policy, cases};
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::*;
-use proptest::sample::Index;
-use systems::Simulation;
-use systems::assets::{Library, MeshId, shapes, world_bounds, world_box};
+use super::*;
+use systems::assets::world_box;
 use systems::cells::{Cell, Cells, Door, Flood, OUTSIDE, Occupied, Opening, Portal, Source};
-use systems::ecs::stats::FrameStats;
-use systems::lights::{
-    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightRecord, LightTable, Policies, ScoredLight,
-    SelectedLights, Selection, brute_force, score,
-};
 use systems::run::registry::register_all;
 use systems::run::snapshot;
 use systems::run::standard_inputs::{SetPortal, push_for};
 use systems::run::state_hash::hash;
-use systems::space::{Aabb, GlobalTransform, Sphere, Transform};
+use systems::space::Aabb;
 
 fn aabb(min: [f32; 3], max: [f32; 3]) -> Aabb {
     Aabb { min: min.into(), max: max.into() }
@@ -425,11 +415,7 @@ impl Building {
             let policies = Policies::Same(policy);
             let further = brute_force::select_shares(&scored, policies, &[*sphere], share, &mut expected);
             let selected = world.get::<SelectedLights>(*object).unwrap();
-            let packed = SelectedLights::pack(&expected[0]).unpack(&LightLists::default());
-            assert_eq!(selected.unpack(lists), packed, "{sphere:?} {policy:?}");
-            let (found, _) = lists.of(selected);
-            let words = found.iter().map(|&(slot, weight)| slot << 10 | (weight * 1023.0).round() as u32);
-            assert_eq!(words.collect::<Vec<_>>(), further.lights, "{sphere:?} {policy:?}");
+            assert_kept(lists, selected, &expected[0], &further.lights);
         }
     }
 }

@@ -1,12 +1,7 @@
 //! Guarantees of the score and the irradiance of a light.
 
-use crate::common::{
-    LUMINANCE, any_direction, any_light, any_odd_light, any_place, cases, placed, spot_error, true_falloff,
-};
-use glam::Vec3;
-use proptest::prelude::*;
-use systems::lights::{Light, LightKind, LightRecord, ScoredLight, irradiance, light_record, score};
-use systems::space::Sphere;
+use super::*;
+use crate::common::spot_error;
 
 /// A unit vector in single precision: three components, each off by at most 2⁻²⁴ where it is stored and by three more
 /// roundings of as much where it is computed: √3 · 4 · 2⁻²⁴ is less than this. Two of them are subtracted.

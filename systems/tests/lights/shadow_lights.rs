@@ -1,17 +1,10 @@
 //! Selection of the lights with a shadow map: candidates, their importance, and the best of them.
 
-use crate::common::{self, any_direction, any_light, any_odd_light, any_place, cases, placed};
-use bevy_ecs::prelude::*;
-use glam::{Affine3A, Quat, Vec3};
-use proptest::prelude::*;
-use proptest::sample::Index;
-use systems::Simulation;
+use super::*;
+use crate::common;
+use glam::Affine3A;
 use systems::draw::{Camera, Environment, Projection, View};
-use systems::lights::{
-    DARK, Light, LightKind, LightRecord, LightSlot, LightTable, Ranked, ScoredLight, ShadowLight, ShadowLights,
-    ShadowView, irradiance, light_record, rank, rank_suns,
-};
-use systems::space::{GlobalTransform, Transform};
+use systems::lights::{DARK, Ranked, ShadowLight, ShadowLights, ShadowView, rank, rank_suns};
 
 fn looking(place: Vec3, direction: Vec3) -> Transform {
     Transform::from_translation(place).with_rotation(Quat::from_rotation_arc(Vec3::NEG_Z, direction))

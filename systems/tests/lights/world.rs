@@ -1,20 +1,9 @@
 //! Lights in a world: slots, what is chosen again and what is kept, the lists of the policy `All`.
 
-use crate::common::{any_odd_light, any_place, any_policy, cases};
+use super::*;
 use bevy_ecs::change_detection::DetectChanges;
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::*;
-use proptest::sample::Index;
-use systems::Simulation;
-use systems::assets::{Library, Mesh, MeshId, bounds_of, shapes, world_bounds};
+use systems::assets::{Mesh, bounds_of};
 use systems::draw::LightFeatures;
-use systems::ecs::stats::FrameStats;
-use systems::lights::{
-    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightRecord, LightSlot, LightTable, NO_LIGHT, Policies,
-    ScoredLight, SelectedLights, Selection, brute_force, score,
-};
-use systems::space::{GlobalTransform, Transform};
 
 #[test]
 fn lights_that_are_none_are_never_selected() {
@@ -320,11 +309,8 @@ impl Living {
             let policy = policies.forced.or(own.copied()).unwrap_or(policies.objects);
             let mut expected = [Selection::default()];
             let further = brute_force::select(&scored, Policies::Same(policy), &[sphere], &mut expected);
-            let packed = SelectedLights::pack(&expected[0]).unpack(&LightLists::default());
-            assert_eq!(selected.unpack(lists), packed, "{sphere:?} {policy:?}");
+            assert_kept(lists, selected, &expected[0], &further.lights);
             let (found, _) = lists.of(selected);
-            let words = found.iter().map(|&(slot, weight)| slot << 10 | (weight * 1023.0).round() as u32);
-            assert_eq!(words.collect::<Vec<_>>(), further.lights, "{sphere:?} {policy:?}");
             listed += found.len() as u64;
             objects_listed += usize::from(!found.is_empty());
         }

@@ -1,10 +1,8 @@
 //! Frames between steps show what is between them, and nothing else does.
 
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use systems::Simulation;
+use super::*;
 use systems::ecs::clock;
-use systems::space::{GlobalTransform, Interpolated, Interpolation, Transform};
+use systems::space::{GlobalTransform, Interpolated};
 
 #[derive(Component)]
 struct Speed(f32);

@@ -3,3 +3,11 @@
 mod interpolation;
 mod records;
 mod state;
+
+use bevy_ecs::prelude::*;
+use glam::{Quat, Vec3};
+use proptest::prelude::*;
+use systems::Simulation;
+use systems::assets::{Library, Material, MaterialId, MeshId, shapes};
+use systems::lights::Light;
+use systems::space::{Hidden, Interpolation, Transform};

@@ -1,17 +1,13 @@
 //! Whatever is edited between frames: taking the records that changed, frame by frame, gives the record of every
 //! object that is drawn, as it is, and nothing else.
 
+use super::*;
 use bevy_ecs::entity_disabling::Disabled;
-use bevy_ecs::prelude::*;
-use glam::{Affine3A, Vec3};
-use proptest::prelude::*;
+use glam::Affine3A;
 use std::collections::BTreeMap;
-use systems::Simulation;
-use systems::assets::{AlphaMode, Library, Material, MaterialId, Mesh, MeshId, shapes};
+use systems::assets::{AlphaMode, Mesh};
 use systems::draw::InstanceRecord;
 use systems::ecs::tables::Records;
-use systems::lights::Light;
-use systems::space::{Hidden, Transform};
 
 #[derive(Clone, Copy, Debug)]
 enum Edit {

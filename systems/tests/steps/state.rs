@@ -1,13 +1,9 @@
 //! The state of a busy world: hashed, saved, restored and continued.
 
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
-use proptest::prelude::*;
-use systems::Simulation;
-use systems::assets::{Library, Material, MaterialId, MeshId, MeshVariants, shapes};
+use super::*;
+use systems::assets::MeshVariants;
 use systems::draw::pieces;
 use systems::ecs::clock::{Clock, Seed};
-use systems::lights::Light;
 use systems::run::inputs::{Inputs, SavedInput, apply_queued};
 use systems::run::registry::{self, EntityRegistry, StateId, register_all};
 use systems::run::snapshot;
@@ -17,8 +13,8 @@ use systems::run::standard_inputs::{
 };
 use systems::run::state::StateList;
 use systems::run::state_hash::{StateHash, hash};
+use systems::space::Spin;
 use systems::space::origin::Origin;
-use systems::space::{Hidden, Interpolation, Spin, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::signals::{Aspect, HeldSignals, Signal, SignalHead, SignalLamp, Signals};

@@ -1,13 +1,6 @@
 //! Crossings that are kept clear, lanes for turning, and ways that part.
 
-use bevy_ecs::prelude::*;
-use glam::Vec3;
-use systems::Simulation;
-use systems::space::Transform;
-use systems::vehicles::forks::{Chooser, Fork};
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Signal, Signals};
-use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
+use super::*;
 
 const LINE: f32 = 80.0;
 
@@ -33,8 +26,7 @@ fn world(then: &[u16]) -> Simulation {
 fn world_of(plans: Vec<RoutePlan>, green: Vec<f32>) -> Simulation {
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Routes::new(plans, false, 3));
-    let signal = Signal { name: "s".into(), green, amber: 3.0, red: 1.0, offset: 0.0 };
-    simulation.world.insert_resource(Signals::new(vec![signal]));
+    simulation.world.insert_resource(Signals::new(vec![signal(&green)]));
     simulation
 }
 
@@ -59,14 +51,11 @@ fn plans(then: &[u16]) -> Vec<RoutePlan> {
 }
 
 fn drive(simulation: &mut Simulation, number: u32, route: u16, at: f32, speed: f32) -> Entity {
-    let on = OnRoute::new(RouteId(route), 0, at);
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), on)).id();
-    simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
-    entity
+    super::drive(simulation, (CAR, VehicleNumber(number), OnRoute::new(RouteId(route), 0, at)), speed)
 }
 
 fn park(simulation: &mut Simulation, number: u32, at: Transform) -> Entity {
-    simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), at)).id()
+    simulation.world.spawn((CAR, VehicleNumber(number), at)).id()
 }
 
 fn steps(simulation: &mut Simulation, seconds: usize) {
@@ -113,6 +102,7 @@ fn who_waits_in_vain_for_room_takes_another_way() {
 }
 
 /// One stands in the crossing, held by something before it: not in the way itself, but it may move on. Another waits.
+#[track_caller]
 fn is_waited_for(mut simulation: Simulation, (route, at): (u16, f32), previous: Option<u16>, parked: f32) {
     let entity = drive(&mut simulation, 0, 0, 10.0, 10.0);
     let other = drive(&mut simulation, 1, route, at, 0.0);
@@ -131,25 +121,18 @@ fn is_waited_for(mut simulation: Simulation, (route, at): (u16, f32), previous: 
 #[test]
 fn nobody_drives_into_a_crossing_in_which_one_of_another_group_is() {
     is_waited_for(world(&[1]), (6, 2.0), Some(5), 9.0);
-}
-
-#[test]
-fn who_is_past_the_line_with_the_front_alone_is_inside() {
-    let mut plans = plans(&[1]);
-    plans[5].stops.clear();
-    plans[6].stops = vec![Stop { at: 0.5, ..stop(1)[0] }];
-    is_waited_for(world_of(plans, vec![1e6, 1.0]), (5, 84.0), None, -5.0);
-}
-
-#[test]
-fn a_crossing_may_lie_over_the_seam_of_a_closed_route() {
-    let mut plans = plans(&[1]);
-    // It begins in the crossing, and comes back to it from behind.
+    // Past its line with its front alone.
+    let mut shallow = plans(&[1]);
+    shallow[5].stops.clear();
+    shallow[6].stops = vec![Stop { at: 0.5, ..stop(1)[0] }];
+    is_waited_for(world_of(shallow, vec![1e6, 1.0]), (5, 84.0), None, -5.0);
+    // Over the seam of a closed route, which begins in the crossing, and comes back to it from behind.
+    let mut closed = plans(&[1]);
     let round = [(-6.0, 95.0), (60.0, 95.0), (60.0, 200.0), (-60.0, 200.0), (-60.0, 95.0), (-8.0, 95.0)];
-    plans[5] = RoutePlan { closed: true, ..plan("round", &round, &[]) };
-    let length = Routes::new(plans.clone(), false, 3).get(RouteId(5)).expect("one").length as f32;
-    plans[5].stops = vec![Stop { at: length - 2.0, wait: Wait::Signal(1), clear: 30.0 }];
-    is_waited_for(world_of(plans, vec![1e6, 1.0]), (5, 1.0), Some(5), 3.0);
+    closed[5] = RoutePlan { closed: true, ..plan("round", &round, &[]) };
+    let length = Routes::new(closed.clone(), false, 3).get(RouteId(5)).expect("one").length as f32;
+    closed[5].stops = vec![Stop { at: length - 2.0, wait: Wait::Signal(1), clear: 30.0 }];
+    is_waited_for(world_of(closed, vec![1e6, 1.0]), (5, 1.0), Some(5), 3.0);
 }
 
 #[test]

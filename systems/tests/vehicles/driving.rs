@@ -1,33 +1,7 @@
 //! The models that vehicles move by, against their closed forms.
 
-use crate::{state, steps};
-use glam::{DVec2, DVec3, Vec3};
-use proptest::prelude::*;
-use systems::Simulation;
-use systems::space::Transform;
-use systems::vehicles::ground::Grounds;
-use systems::vehicles::routes::{RoutePlan, Routes};
-use systems::vehicles::types::{Driver, Trailer};
-use systems::vehicles::{
-    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, steering,
-};
-
-const STEP: f64 = 1.0 / 60.0;
-
-fn simulation(plans: Vec<RoutePlan>) -> Simulation {
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(plans, false, 1));
-    simulation
-}
-
-/// A ring of that radius, counter-clockwise seen from above (left turns all the way).
-fn ring(radius: f32, lanes: u8) -> RoutePlan {
-    let points = (0..48).map(|i| {
-        let angle = i as f32 / 48.0 * std::f32::consts::TAU;
-        (Vec3::new(angle.sin(), 0.0, angle.cos()) * radius).as_dvec3()
-    });
-    RoutePlan { points: points.collect(), spline: true, closed: true, lanes, ..RoutePlan::default() }
-}
+use super::*;
+use glam::DVec2;
 
 #[test]
 fn the_turning_circle_is_the_wheelbase_over_the_tangent_of_the_steering_angle() {
@@ -68,9 +42,8 @@ fn a_trailer_follows_at_its_steady_angle() {
 #[test]
 fn a_vehicle_driven_by_hand_turns_on_its_circle() {
     let mut simulation = Simulation::new();
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ManualControl)).id();
+    let entity = drive(&mut simulation, (CAR, ManualControl), 3.0);
     let kind = VehicleType::default();
-    simulation.world.get_mut::<Motion>(entity).expect("one").speed = 3.0;
     let steer = 0.5;
     let mut places = Vec::new();
     for _ in 0..2400 {
@@ -92,7 +65,7 @@ fn a_vehicle_driven_by_hand_turns_on_its_circle() {
 #[test]
 fn pedals_drive_brake_and_reverse() {
     let mut simulation = Simulation::new();
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ManualControl)).id();
+    let entity = simulation.world.spawn((CAR, ManualControl)).id();
     let mut press = |throttle: f32, brake: f32, count: usize| {
         *simulation.world.get_mut::<Controls>(entity).expect("one") =
             Controls { throttle, brake, ..Controls::default() };
@@ -113,14 +86,12 @@ fn followers_settle_at_the_equilibrium_gap() {
     // Two on a ring so long that the second is free; the first may drive no faster than 12 m/s, the other wants 20.
     let limit = 20.0;
     let plan = RoutePlan { speed_limit: limit, ..ring(800.0, 1) };
-    let mut simulation = simulation(vec![plan]);
+    let mut simulation = roads(vec![plan]);
     let driver = Driver::default();
     let slow =
         VehicleType { name: "slow".into(), driver: Driver { speed_factor: 0.6, ..driver }, ..VehicleType::default() };
     let slow = simulation.world.resource_mut::<VehicleTypes>().add(slow);
-    let spawn = |simulation: &mut Simulation, kind, at| {
-        simulation.world.spawn((Vehicle::of(kind), OnRoute::new(RouteId(0), 0, at))).id()
-    };
+    let spawn = |simulation: &mut Simulation, kind, at| simulation.world.spawn((Vehicle::of(kind), on_road(at))).id();
     let leader = spawn(&mut simulation, slow, 200.0);
     let follower = spawn(&mut simulation, VehicleTypeId::STAND_IN, 100.0);
     steps(&mut simulation, 60 * 120);
@@ -139,9 +110,8 @@ fn followers_settle_at_the_equilibrium_gap() {
 #[test]
 fn a_free_driver_accelerates_as_the_model_says() {
     let driver = Driver::default();
-    let mut simulation =
-        simulation(vec![RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 5000.0], ..RoutePlan::default() }]);
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), OnRoute::new(RouteId(0), 0, 0.0))).id();
+    let mut simulation = roads(vec![straight(5000.0)]);
+    let entity = simulation.world.spawn((CAR, on_road(0.0))).id();
     let wanted = 50.0 / 3.6;
     let (mut speed, mut at) = (0.0f64, 0.0f64);
     for second in 1..=30 {
@@ -171,19 +141,18 @@ proptest! {
         // Shorter headways make the model swing about its gap: its damping ratio is T·√(a / 2·s0).
         (headway, gap, braking) in (1.0f32..2.5, 1.0f32..3.0, 1.0f32..4.0),
     ) {
-        let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 400.0], speed_limit: 20.0, ..RoutePlan::default() };
-        let mut simulation = simulation(vec![plan]);
+        let plan = RoutePlan { speed_limit: 20.0, ..straight(400.0) };
+        let mut simulation = roads(vec![plan]);
         let kind = VehicleType {
             name: "one".into(),
             driver: Driver { headway, gap, braking, ..Driver::default() },
             ..VehicleType::default()
         };
         let id = simulation.world.resource_mut::<VehicleTypes>().add(kind.clone());
-        let entity = simulation.world.spawn((Vehicle::of(id), OnRoute::new(RouteId(0), 0, start))).id();
-        simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
+        let entity = drive(&mut simulation, (Vehicle::of(id), on_road(start)), speed);
         // Across the lane, under manual control: 300 m ahead is its middle.
         let across = Transform::from_xyz(0.0, 0.0, 300.0).looking_to(Vec3::X, Vec3::Y);
-        simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ManualControl, across));
+        simulation.world.spawn((CAR, ManualControl, across));
         let mut hardest = 0.0f32;
         for _ in 0..60 * 90 {
             simulation.step();
@@ -199,8 +168,8 @@ proptest! {
 
 #[test]
 fn pure_pursuit_keeps_to_a_circle() {
-    let mut simulation = simulation(vec![ring(30.0, 1)]);
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), OnRoute::new(RouteId(0), 0, 0.0))).id();
+    let mut simulation = roads(vec![ring(30.0, 1)]);
+    let entity = simulation.world.spawn((CAR, on_road(0.0))).id();
     // It starts on the circle, but with its wheels straight.
     steps(&mut simulation, 60 * 10);
     let mut worst = 0.0f32;

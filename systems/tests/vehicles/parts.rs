@@ -1,18 +1,11 @@
 //! Vehicles: their parts, wheels that roll and steer, lamps.
 
-use bevy_ecs::prelude::*;
-use glam::{Quat, Vec3};
+use super::*;
 use std::f32::consts::{FRAC_PI_2, PI};
-use systems::Simulation;
-use systems::assets::{Library, Material, MaterialId, MeshId, shapes};
-use systems::lights::Light;
-use systems::space::Transform;
-use systems::vehicles::lamps::{Lamp, LampKind, Switches};
+use systems::assets::Material;
+use systems::vehicles::lamps::Lamp;
 use systems::vehicles::parts::{Movement, MovingPart, Part, PartLamp};
-use systems::vehicles::{
-    Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, lamps,
-    parts,
-};
+use systems::vehicles::{Headlights, lamps, parts};
 
 /// A type with a painted body, a wheel that steers, one that does not, a fork with a wheel below it, legs, a trailer
 /// and a lamp of each kind.
@@ -137,7 +130,7 @@ fn one_line_spawns_a_vehicle_with_its_parts_and_despawning_it_takes_them_along()
 fn an_unknown_type_is_a_box_on_four_wheels() {
     let mut simulation = Simulation::new();
     let of_another_world = VehicleTypeId(900);
-    simulation.world.spawn(Vehicle::of(VehicleTypeId::STAND_IN));
+    simulation.world.spawn(CAR);
     simulation.world.spawn(Vehicle::of(of_another_world));
     let world = &mut simulation.world;
     assert_eq!(world.query::<(&MeshId, &ChildOf)>().iter(world).count(), 10);

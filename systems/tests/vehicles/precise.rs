@@ -1,33 +1,13 @@
 //! Nothing adds up wrongly: vehicles far from the origin, in steps from 0.1 ms to 1 s, kinematic and physical.
 
-use crate::state;
-use bevy_ecs::prelude::*;
-use glam::DVec3;
-use systems::Simulation;
-use systems::ecs::clock::Clock;
-use systems::physics::Physical;
-use systems::space::Transform;
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Signal, Signals};
-use systems::vehicles::types::Driver;
-use systems::vehicles::{Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId};
-
-const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
+use super::*;
 
 /// A straight road of 2 km that begins there, along +Z, for 10 m/s; in steps of so many seconds.
 fn road(start: DVec3, step_seconds: f64, plan: RoutePlan) -> Simulation {
-    let mut simulation = Simulation::new();
-    simulation.world.resource_mut::<Clock>().step_seconds = step_seconds;
     let points = vec![start, start + DVec3::Z * 2000.0];
-    let plan = RoutePlan { points, speed_limit: 10.0, ..plan };
-    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
+    let mut simulation = roads(vec![RoutePlan { points, speed_limit: 10.0, ..plan }]);
+    simulation.world.resource_mut::<Clock>().step_seconds = step_seconds;
     simulation
-}
-
-fn drive(simulation: &mut Simulation, at: f64, speed: f64) -> Entity {
-    let entity = simulation.world.spawn((STAND_IN, OnRoute::new(RouteId(0), 0, at))).id();
-    simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed;
-    entity
 }
 
 fn run(simulation: &mut Simulation, seconds: f64) {
@@ -45,7 +25,7 @@ fn a_kilometre_is_a_kilometre_wherever_and_however_short_or_long_the_steps() {
     for start in [DVec3::ZERO, DVec3::new(-14_000.3, 0.0, 17_900.7)] {
         for step_seconds in [1e-4, 1e-3, 1.0 / 60.0, 0.1, 1.0] {
             let mut simulation = road(start, step_seconds, RoutePlan::default());
-            let entity = drive(&mut simulation, 10.0, 10.0);
+            let entity = drive(&mut simulation, (CAR, on_road(10.0)), 10.0);
             let before = state::<Motion>(&simulation, entity).place;
             let seconds = seconds_for(step_seconds);
             run(&mut simulation, seconds);
@@ -72,7 +52,7 @@ fn what_drives_by_hand_or_as_a_body_keeps_its_way_far_from_the_origin_in_short_s
         let motion = Motion { speed: 10.0, ..Motion::default() };
         // The throttle that keeps the speed it has, but for what it takes not to roll out.
         let controls = Controls { throttle: 1e-6, ..Controls::default() };
-        let entity = simulation.world.spawn((STAND_IN, ManualControl, at, motion, controls)).id();
+        let entity = simulation.world.spawn((CAR, ManualControl, at, motion, controls)).id();
         if physical {
             simulation.world.entity_mut(entity).insert(airless);
         }
@@ -91,7 +71,7 @@ fn a_body_in_steps_of_a_tenth_of_a_millisecond_stands_and_sets_off_as_it_should(
     let mut simulation = Simulation::new();
     simulation.world.resource_mut::<Clock>().step_seconds = 1e-4;
     let controls = Controls { throttle: 1.0, ..Controls::default() };
-    let entity = simulation.world.spawn((STAND_IN, ManualControl, Physical::default(), controls)).id();
+    let entity = simulation.world.spawn((CAR, ManualControl, Physical::default(), controls)).id();
     run(&mut simulation, 1.0);
     // The throttle gives the type's acceleration, less with speed: v = V·(1 − exp(−a·t / V)) without air.
     let limits = VehicleType::default().limits;
@@ -105,7 +85,7 @@ fn a_body_in_steps_of_a_tenth_of_a_millisecond_stands_and_sets_off_as_it_should(
 #[test]
 fn where_somebody_writes_a_transform_the_place_follows() {
     let mut simulation = road(DVec3::ZERO, 1e-4, RoutePlan::default());
-    let entity = drive(&mut simulation, 10.0, 10.0);
+    let entity = drive(&mut simulation, (CAR, on_road(10.0)), 10.0);
     run(&mut simulation, 0.01);
     simulation.world.get_mut::<Transform>(entity).expect("one").translation.z += 5.0;
     let before = state::<Transform>(&simulation, entity).translation.z;
@@ -134,8 +114,8 @@ fn long_steps_do_not_run_over_stops_signals_and_each_other() {
             // Its other group is green for ever.
             let signal = Signal { name: "s".into(), green: vec![1.0, 1e6], amber: 1.0, red: 1.0, offset: 5.0 };
             simulation.world.insert_resource(Signals::new(vec![signal]));
-            let first = drive(&mut simulation, 100.0, 10.0);
-            let second = drive(&mut simulation, 60.0, 10.0);
+            let first = drive(&mut simulation, (CAR, on_road(100.0)), 10.0);
+            let second = drive(&mut simulation, (CAR, on_road(60.0)), 10.0);
             if physical {
                 for entity in [first, second] {
                     simulation.world.entity_mut(entity).insert(Physical::default());
@@ -164,9 +144,8 @@ fn nobody_is_put_across_a_gap() {
         let then = then.into_iter().map(RouteId).collect();
         let near = DVec3::new(2.0, 0.0, 105.0);
         let plans = vec![plan("a", DVec3::ZERO, then), plan("b", far, vec![RouteId(1)]), plan("c", near, vec![])];
-        let mut simulation = Simulation::new();
-        simulation.world.insert_resource(Routes::new(plans, false, 0));
-        let entity = drive(&mut simulation, 10.0, 10.0);
+        let mut simulation = roads(plans);
+        let entity = drive(&mut simulation, (CAR, on_road(10.0)), 10.0);
         let mut before = state::<Motion>(&simulation, entity).place;
         for _ in 0..60 * 15 {
             simulation.step();
@@ -184,9 +163,8 @@ fn nobody_is_put_across_a_gap() {
         }
     }
     // A route that follows itself says that it begins anew.
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(vec![plan("a", DVec3::ZERO, vec![RouteId(0)])], false, 0));
-    let entity = drive(&mut simulation, 90.0, 10.0);
+    let mut simulation = roads(vec![plan("a", DVec3::ZERO, vec![RouteId(0)])]);
+    let entity = drive(&mut simulation, (CAR, on_road(90.0)), 10.0);
     run(&mut simulation, 2.0);
     let on = state::<OnRoute>(&simulation, entity);
     assert!((on.at - 10.0).abs() < 0.5, "{on:?}");

@@ -1,18 +1,9 @@
 //! Behaviour of drivers and signals, against the rules.
 
-use bevy_ecs::prelude::*;
-use glam::DVec3;
-use systems::Simulation;
-use systems::assets::MaterialId;
-use systems::ecs::clock::Clock;
-use systems::lights::Light;
-use systems::run::inputs::{Inputs, apply_queued};
+use super::*;
 use systems::run::standard_inputs::SetSignal;
 use systems::vehicles::lane_changes::SAFE_BRAKING;
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Aspect, HeldSignals, Signal, SignalHead, SignalLamp, Signals};
-use systems::vehicles::types::Driver;
-use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
+use systems::vehicles::signals::{HeldSignals, SignalHead, SignalLamp};
 
 #[test]
 fn signals_go_through_their_phases() {
@@ -125,22 +116,14 @@ fn drivers_keep_to_what_held_signals_show() {
     let line = 80.0;
     // By its times, the first group is green for the whole run, and the second never is.
     let passes = |group: u32, shows: Option<Aspect>, at: f32, speed: f64| {
-        let signal = Signal { name: "s".into(), green: vec![1e6, 1.0], amber: 3.0, red: 1.0, offset: 0.0 };
-        let plan = RoutePlan {
-            points: vec![DVec3::ZERO, DVec3::Z * 500.0],
-            stops: vec![Stop { at: line, wait: Wait::Signal(group), clear: 0.0 }],
-            ..RoutePlan::default()
-        };
-        let mut simulation = Simulation::new();
-        simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
-        simulation.world.insert_resource(Signals::new(vec![signal]));
+        let stops = vec![Stop { at: line, wait: Wait::Signal(group), clear: 0.0 }];
+        let mut simulation = roads(vec![RoutePlan { stops, ..straight(500.0) }]);
+        simulation.world.insert_resource(Signals::new(vec![signal(&[1e6, 1.0])]));
         if let Some(shows) = shows {
             let input = SetSignal { signal: "s".into(), shows: Some(vec![shows; 2]) };
             simulation.world.resource_mut::<Inputs>().push(input);
         }
-        let on = OnRoute::new(RouteId(0), 0, at);
-        let car = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(0), on)).id();
-        simulation.world.get_mut::<Motion>(car).expect("one").speed = speed;
+        let car = drive(&mut simulation, (CAR, VehicleNumber(0), on_road(at)), speed);
         // So short that none comes to the route's end.
         (0..60 * 15).for_each(|_| simulation.step());
         let at = simulation.world.get::<OnRoute>(car).expect("one").at as f32;
@@ -175,15 +158,9 @@ fn nobody_changes_lanes_where_the_one_behind_would_have_to_brake_harder_than_is_
     let kind = VehicleType::default();
     // Behind a slow one; whether it changes depends on what comes on the other lane.
     let changes = |speed: f32, behind_speed: f32, gap: f32| {
-        let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 1000.0], lanes: 2, ..RoutePlan::default() };
-        let mut simulation = Simulation::new();
-        simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
+        let mut simulation = roads(vec![RoutePlan { lanes: 2, ..straight(1000.0) }]);
         let mut spawn = |number: u32, lane: u8, at: f32, speed: f32| {
-            let vehicle =
-                (Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), OnRoute::new(RouteId(0), lane, at));
-            let entity = simulation.world.spawn(vehicle).id();
-            simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
-            entity
+            drive(&mut simulation, (CAR, VehicleNumber(number), OnRoute::new(RouteId(0), lane, at)), speed)
         };
         // Numbers decide who considers when: twice a second, this one in the first step.
         let entity = spawn(29, 0, 500.0, speed);

@@ -1,18 +1,7 @@
 //! Busy roads: none overlaps, none passes a red light, and neither threads nor the order of tables show.
 
-use bevy_ecs::prelude::*;
-use glam::{DVec3, Vec2, Vec3};
-use proptest::prelude::*;
-use systems::Simulation;
-use systems::space::Transform;
-use systems::vehicles::forks::{Chooser, Fork};
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{Aspect, Signal, Signals};
-use systems::vehicles::types::{Driver, Limits, Trailer};
-use systems::vehicles::{
-    Controls, Indicator, ManualControl, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType,
-    VehicleTypeId, VehicleTypes, steering,
-};
+use super::*;
+use systems::vehicles::types::Limits;
 
 /// Car, van, bus, truck with trailer, of that much variety.
 fn add_types(world: &mut World) -> Vec<VehicleTypeId> {
@@ -125,14 +114,6 @@ fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) 
     }
     let times = Signal { name: "crossing".into(), green: vec![10.0; 4], amber: 3.0, red: 4.0, offset: 0.0 };
     (plans, Signals::new(vec![times]))
-}
-
-fn ring(radius: f32, lanes: u8) -> RoutePlan {
-    let points = (0..64).map(|i| {
-        let angle = i as f32 / 64.0 * std::f32::consts::TAU;
-        (Vec3::new(angle.sin(), 0.0, angle.cos()) * radius).as_dvec3()
-    });
-    RoutePlan { points: points.collect(), spline: true, closed: true, lanes, ..RoutePlan::default() }
 }
 
 /// Distribution of vehicles on routes: random kinds and gaps.
@@ -341,10 +322,9 @@ fn neither_the_order_of_tables_nor_how_vehicles_are_spread_over_them_matters() {
 #[test]
 fn a_bus_waits_at_its_stop_and_goes_on() {
     let stops = vec![Stop { at: 150.0, wait: Wait::Dwell(5.0), clear: 0.0 }];
-    let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 400.0], stops, ..RoutePlan::default() };
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), OnRoute::new(RouteId(0), 0, 20.0))).id();
+    let plan = RoutePlan { stops, ..straight(400.0) };
+    let mut simulation = roads(vec![plan]);
+    let entity = simulation.world.spawn((CAR, on_road(20.0))).id();
     let (mut stood, mut place) = (0, 0.0);
     for _ in 0..60 * 60 {
         simulation.step();
@@ -363,8 +343,7 @@ fn a_bus_waits_at_its_stop_and_goes_on() {
 
 #[test]
 fn nobody_drives_through_the_one_driven_by_hand() {
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(vec![ring(80.0, 1)], false, 0));
+    let mut simulation = roads(vec![ring(80.0, 1)]);
     let vehicles = fill(&mut simulation.world, &[RouteId(0)], &Filling { seed: 1, spacing: 40.0 });
     let mut entities = spawn(&mut simulation.world, &vehicles);
     // One of them is taken over and left standing.
@@ -396,8 +375,8 @@ fn turning_and_changing_lanes_is_indicated() {
     for (way, expected) in [(0, Indicator::Off), (1, Indicator::Left), (2, Indicator::Right)] {
         let number = VehicleNumber(turns.iter().position(|turn| *turn == way).expect("one") as u32);
         let mut shown = |at: f32| {
-            let vehicle = Vehicle::of(VehicleTypeId::STAND_IN);
-            let entity = simulation.world.spawn((vehicle, number, OnRoute::new(RouteId(0), 0, at))).id();
+            let vehicle = CAR;
+            let entity = simulation.world.spawn((vehicle, number, on_road(at))).id();
             simulation.step();
             let shown = simulation.world.get::<Controls>(entity).expect("one").indicator;
             simulation.world.despawn(entity);
@@ -410,8 +389,7 @@ fn turning_and_changing_lanes_is_indicated() {
 
 #[test]
 fn one_whose_numbers_make_no_sense_is_stopped_and_the_rest_goes_on() {
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(Routes::new(vec![ring(100.0, 1)], false, 0));
+    let mut simulation = roads(vec![ring(100.0, 1)]);
     let vehicles = fill(&mut simulation.world, &[RouteId(0)], &Filling { seed: 1, spacing: 90.0 });
     let entities = spawn(&mut simulation.world, &vehicles);
     (0..120).for_each(|_| simulation.step());

@@ -1,17 +1,7 @@
 //! Boxes: where things are in pictures, and how much of them is seen.
 
 use super::studio::{BARREL, FISHEYE, K, SIZE, Studio};
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, EulerRot, Quat, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
-use systems::draw::Intrinsics;
-use systems::ecs::clock::Clock;
-use systems::run::registry::register_all;
-use systems::sensors::Lens;
-use systems::space::Transform;
+use crate::common::prelude::*;
 
 /// Floats of places of some ten metres, 1e-6 of a metre, a metre and more before the camera: 150 pixels times that; and
 /// those of edges at hundreds of pixels, 3e-5.
@@ -115,7 +105,7 @@ fn a_camera_has_no_box_of_what_it_is_on_and_boxes_through_its_plane_are_cut() {
 /// Compares the visible pixels of random things, in parts and blended, with a capture of each thing alone.
 #[test]
 fn how_much_is_seen_is_what_is_left_of_the_thing_alone() {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     let mut not_known = 0;
     for lens in [Lens::Pinhole(K), BARREL, FISHEYE].into_iter().flat_map(|lens| [lens; 3]) {
         let Some(mut studio) = Studio::with_lens(lens) else { return };

@@ -1,14 +1,10 @@
 //! Optical flow: where what pixels show is at another capture.
 
 use super::studio::{K, SIZE, Studio};
-use bevy_ecs::prelude::*;
-use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
-use proptest::prelude::RngExt;
-use proptest::test_runner::{RngAlgorithm, TestRng};
+use crate::common::prelude::*;
+use glam::{DAffine3, DMat3};
 use relief::sense::{Flow, flags};
-use std::collections::BTreeMap;
-use systems::assets::{Library, shapes};
-use systems::space::{GlobalTransform, Interpolated, Transform};
+use systems::space::Interpolated;
 
 /// A plane before the camera that fills the picture, its front toward it, at a distance.
 fn backdrop(studio: &mut Studio, distance: f32) -> Entity {
@@ -165,7 +161,7 @@ fn what_jumps_has_neither_flow_nor_velocity_and_a_camera_that_does_sees_none() {
 /// Everything moves: against places taken from the world, depth and K.
 #[test]
 fn flow_of_random_scenes_is_that_of_rigid_bodies() {
-    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let random = &mut random();
     for _ in 0..20 {
         let Some(mut studio) = Studio::new() else { return };
         let mut number = || random.random::<f32>() * 2.0 - 1.0;

@@ -1,17 +1,8 @@
 //! A world with a camera, and what captures it.
 
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::Vec3;
-use relief::sense::{CameraCapture, ObjectBox, SensorSuite};
-use systems::Simulation;
-use systems::assets::levels::LevelOfDetail;
-use systems::assets::{Library, Material, MaterialId, MeshId, Shading, shapes};
-use systems::draw::Intrinsics;
-use systems::run::registry::{EntityRegistry, register_all};
-use systems::sensors::{CameraOutput, CameraSensor, Class, Instance, Lens, Sensor};
-use systems::space::Transform;
+use crate::common::{self, prelude::*};
+use relief::sense::{CameraCapture, ObjectBox};
+use systems::sensors::{Class, Instance};
 
 pub const SIZE: (u32, u32) = (160, 120);
 pub const K: Intrinsics = Intrinsics { fx: 150.0, fy: 140.0, cx: 78.25, cy: 60.5 };

@@ -142,7 +142,7 @@ fn a_lamp_follows_its_node_its_light_and_its_direction() {
     assert!(warnings.len() == 1 && warnings[0].contains("direction of lamp \"lamp\" has no effect"), "{warnings:?}");
     let text =
         r#"(types: { "t": (model: "cart.gltf", lamps: [(nodes: ["lamp"], kind: head, direction: (0, 0, 0))]) })"#;
-    let problems = Folder::with_cart().problems_of("vehicles.ron", text);
+    let problems = Folder::with_cart().problems_of(text);
     assert!(problems.len() == 1 && problems[0].contains("lamps[0].direction: expected a direction"), "{problems:?}");
 }
 
@@ -201,6 +201,6 @@ fn a_lamp_casts_shadows_as_its_light_or_its_entry_says() {
     assert!(!shadows("light: spot(outer_degrees: 30)").0 && !shadows("").0);
     assert_eq!(shadows("shadows: true"), (true, 0.15));
     let text = r#"(types: { "t": (model: "cart.gltf", lamps: [(nodes: ["lamp"], kind: head, light: point(), shadows: true)]) })"#;
-    let problems = folder.problems_of("vehicles.ron", text);
+    let problems = folder.problems_of(text);
     assert!(problems.len() == 1 && problems[0].contains("lamps[0].shadows: not allowed with `light`"), "{problems:?}");
 }

@@ -4,24 +4,15 @@ mod lamps;
 mod types;
 mod wheels;
 
-use crate::{Folder, common};
+use crate::common;
+use crate::common::prelude::*;
 use base64::Engine;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{Affine3A, Quat, Vec3};
-use relief::scene::{self, load_vehicle_types};
-use serde_json::{Value, json};
+use relief::scene;
 use std::f32::consts::PI;
-use systems::Simulation;
-use systems::assets::{Library, MaterialId, Mesh, MeshId, shapes};
-use systems::lights::{Light, SelectedLights};
 use systems::physics;
-use systems::space::{GlobalTransform, Transform};
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart, Part};
-use systems::vehicles::{
-    Controls, Headlights, ManualControl, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
-};
+use systems::vehicles::{Headlights, ManualControl, Motion, VehicleNumber, VehicleType, VehicleTypeId};
 
 /// A cart: four wheels of half a metre's radius whose middle is far from the model's origin, a lamp below the turned
 /// node `arm`, and a body in the material `coat`. Each mesh is a quad of 1 m across the X axis.
@@ -63,7 +54,7 @@ const TYPES: &str = r#"(types: {
 impl Folder {
     /// With the model of the cart.
     fn with_cart() -> Self {
-        let folder = Self::new();
+        let folder = Self::with_model();
         folder.file("cart.gltf", CART);
         folder
     }
@@ -74,8 +65,8 @@ impl Folder {
         (simulation, warnings.unwrap_or_else(|e| panic!("{e}")))
     }
 
-    fn problems_of(&self, name: &str, text: &str) -> Vec<String> {
-        self.problems_in(Simulation::new, name, text)
+    fn problems_of(&self, text: &str) -> Vec<String> {
+        self.problems_in(Simulation::new, "vehicles.ron", text)
     }
 }
 

@@ -70,7 +70,7 @@ fn everything_wrong_with_types_is_said_with_its_place() {
     "c": (model: "cart.gltf", limits: (braking: 0, steering_degrees: 90), driver: (headway_seconds: -1)),
     "d": (model: "cart.gltf", swings: [(node: "body", degrees: 30, stride_metres: 0)], trailer: (node: "bdy", length: 0), forks: [""]),
 })"#;
-    let problems = folder.problems_of("vehicles.ron", text);
+    let problems = folder.problems_of(text);
     let expected = [
         r#"2:42: types["a"].wheelbase: expected a number from 0.05 to 100, found 0"#,
         r#"2:63: types["a"].wheels[0].nodes[0]: unknown node "front lft"; did you mean "front left"?"#,
@@ -164,8 +164,7 @@ fn the_old_name_of_manual_is_read_with_a_warning() {
 fn a_scenes_problems_include_those_of_its_types() {
     let folder = Folder::with_cart();
     folder.file("vehicles.ron", "(types: {\"a\": (model: \"cart.gltf\", mass: 0)})");
-    let problems = folder.problems_of(
-        "scene.ron",
+    let problems = folder.problems(
         r#"(vehicle_types: ["vehicles.ron", "gone.ron"],
         meshes: {"m": cube()}, entities: [(vehicle: (type: "a"), mesh: "m")])"#,
     );
@@ -193,7 +192,7 @@ fn the_milk_truck_drives() {
         let wheels = format!("wheels: [(nodes: [{front:?}], steers: true), (nodes: [{rear:?}])]");
         format!("(types: {{\"truck\": (model: {model:?}, transform: (rotation_degrees: (0, 90, 0)), {wheels})}})")
     };
-    let wrong = folder.problems_of("vehicles.ron", &of_nodes("nod 2", "node 4"));
+    let wrong = folder.problems_of(&of_nodes("nod 2", "node 4"));
     assert!(wrong.len() == 1 && wrong[0].contains("unknown node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
     let (mut simulation, _) = folder.types(&of_nodes("node 2", "node 4"));
     let (kind, truck) = find(&simulation, "truck");

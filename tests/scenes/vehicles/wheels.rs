@@ -207,7 +207,7 @@ fn what_is_no_round_wheel_is_said_with_what_was_measured() {
     car.extend(whole);
     folder.file("made.gltf", model(&[car, vec![block(Vec3::ONE, Vec3::ZERO)], sticks_out], nodes));
     let of = |wheels: &str| format!(r#"(types: {{ "t": (model: "made.gltf", wheels: [{wheels}]) }})"#);
-    let said = |wheels: &str| folder.problems_of("vehicles.ron", &of(wheels));
+    let said = |wheels: &str| folder.problems_of(&of(wheels));
     let cases = [
         (
             r#"(nodes: ["car"])"#,

@@ -1,13 +1,13 @@
 //! A log with every kind of message, and what its readers must find.
 
 use super::{Files, SIZE, Seen, list, number};
+use crate::common::prelude::*;
 use relief::export::array::Column;
 use relief::export::mcap;
 use relief::export::ros::{
     BoxInPicture, BoxInSpace, CameraInfo, Clock, Distortion, FluidPressure, Header, Image, ImageAnnotations, Imu,
     Message, NavSatFix, Pixels, PointCloud2, SceneUpdate, TfMessage, TransformStamped,
 };
-use serde_json::{Value, json};
 
 const FRAME: &str = "ego/front";
 const TURN: [f64; 4] = [0.5, -0.5, 0.5, 0.5];

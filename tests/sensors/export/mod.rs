@@ -3,12 +3,10 @@
 
 mod log;
 
-use crate::common;
+use crate::common::{self, prelude::*};
 use half::f16;
 use relief::export::array::{Array, Column, Values};
 use relief::export::{coco, exr, kitti, middlebury, npy, npz, semantic_kitti};
-use serde_json::{Value, json};
-use std::fs;
 use systems::sensors::{Class, ClassInfo, Classes};
 
 /// The size of pictures: neither square nor a multiple of the 16 rows that OpenEXR compresses together.

@@ -1,10 +1,9 @@
 //! Rays through trees against every triangle tested one by one in double precision.
 
 use super::Scene;
-use glam::{DMat4, DVec3, EulerRot, Quat, Vec3};
+use crate::common::prelude::*;
+use glam::DMat4;
 use proptest::prelude::*;
-use systems::assets::{Material, Mesh};
-use systems::space::Transform;
 
 /// Triangle of a world: corners in world space, whether both sides are met, and its entity.
 struct Placed {

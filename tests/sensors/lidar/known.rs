@@ -1,13 +1,12 @@
 //! Scans and rays with known answers.
 
 use super::{Random, Scene, at, lidar};
-use glam::{DQuat, DVec3, Quat, UVec2, Vec2, Vec3};
+use crate::common::prelude::*;
+use glam::DQuat;
 use relief::sense::{Pose, lidar as lidars};
 use std::f32::consts::{FRAC_PI_2, PI};
-use systems::assets::shapes;
+use systems::sensors::Beams;
 use systems::sensors::philox::Noise;
-use systems::sensors::{Beams, LidarSensor};
-use systems::space::Transform;
 
 /// Ranges end as floats, of which a half step is 2⁻²⁵; what was met is known in double precision, but for its mesh and
 /// place, which are floats as well.

@@ -1,12 +1,10 @@
 //! Properties of materials that rays meet: sides, masks, colours.
 
 use super::{Scene, at, lidar};
-use glam::{DVec3, Quat, UVec2, Vec2, Vec3, Vec4};
+use crate::common::prelude::*;
 use relief::sense::RayWarnings;
-use systems::assets::{AlphaMode, Filter, Image, ImageId, ImageKind, Library, Map, Material, Sampler, shapes};
+use systems::assets::{Filter, Sampler};
 use systems::lights::LUMINANCE;
-use systems::sensors::LidarSensor;
-use systems::space::Transform;
 
 #[test]
 fn faces_with_one_side_are_met_from_their_front_however_they_are_placed() {

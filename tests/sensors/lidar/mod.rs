@@ -6,14 +6,11 @@ mod materials;
 mod order;
 mod runs;
 
-use bevy_ecs::prelude::*;
-use glam::{DQuat, DVec3, Vec4};
+use crate::common::prelude::*;
+use glam::DQuat;
 use relief::sense::{LidarScan, Pose, RayScene, lidar};
-use systems::Simulation;
-use systems::assets::{Library, Material, MaterialId, Mesh};
 use systems::sensors::philox::Noise;
-use systems::sensors::{Beam, Beams, LidarSensor};
-use systems::space::Transform;
+use systems::sensors::{Beam, Beams};
 
 /// A world of meshes.
 struct Scene {

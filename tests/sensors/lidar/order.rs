@@ -1,13 +1,11 @@
 //! Hits of rays are a function of the state: not of the trees, nor of where searches begin.
 
 use super::{Random, Scene, at, lidar};
-use bevy_ecs::prelude::*;
-use glam::{DQuat, DVec3, Quat, UVec2, Vec2, Vec3};
+use crate::common::prelude::*;
+use glam::DQuat;
 use relief::sense::{LidarScan, Pose, RayScene, lidar as lidars};
-use systems::assets::shapes;
 use systems::sensors::philox::Noise;
-use systems::sensors::{Beams, Columns, LidarSensor};
-use systems::space::Transform;
+use systems::sensors::{Beams, Columns};
 
 /// Cubes on a grid, whose sides touch, with a second in every third place: on rays along the axes and through the
 /// middles of sides much is equally near.

@@ -1,13 +1,12 @@
 //! Scans of worlds that change, by any number of threads, with noise.
 
 use super::{Random, Scene, at, lidar};
+use crate::common::prelude::*;
 use bevy_tasks::TaskPoolBuilder;
-use glam::{DQuat, DVec3, Quat, UVec2, Vec2, Vec3};
+use glam::DQuat;
 use relief::sense::{Pose, RayScene, lidar as lidars};
-use systems::assets::{Library, MeshId, shapes};
 use systems::sensors::philox::Noise;
-use systems::sensors::{Beams, LidarNoise, LidarSensor};
-use systems::space::Transform;
+use systems::sensors::{Beams, LidarNoise};
 
 #[test]
 fn any_number_of_threads_makes_the_same_bytes() {

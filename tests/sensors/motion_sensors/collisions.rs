@@ -1,19 +1,11 @@
 //! Collision sensors, with boxes and meshes whose places are known.
 
 use super::{CAR, capture, mount};
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, Vec3};
-use relief::sense::SensorSuite;
-use systems::Simulation;
-use systems::assets::{Library, MeshId, shapes};
+use crate::common::{self, prelude::*};
 use systems::physics::{Obstacle, Physical};
-use systems::run::registry::{EntityRegistry, register_all};
 use systems::sensors::collision::Collision;
-use systems::sensors::{CollisionSensor, Sensor, SensorKind};
-use systems::space::Transform;
-use systems::vehicles::{Controls, ManualControl, Motion};
+use systems::sensors::{CollisionSensor, SensorKind};
+use systems::vehicles::{ManualControl, Motion};
 
 fn collision() -> Sensor {
     Sensor::new(SensorKind::Collision(CollisionSensor::default()))

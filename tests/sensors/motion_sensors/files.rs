@@ -1,9 +1,6 @@
 //! The files of these sensors: the same for any threads and parts of a run, and read by others.
 
-use crate::common::{self, relief, scene_folder, succeeds, text};
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::common::{self, prelude::*, relief, scene_folder, succeeds, text};
 
 /// A car that drives round and round, with all of these sensors, and noise.
 const SCENE: &str = r#"(
@@ -44,8 +41,7 @@ fn rendered(folder: &Path, args: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn threads_parts_and_snapshots_of_a_run_make_the_bytes_of_the_run() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     let expected = rendered(folder.path(), &["--frames", "20"]);
     assert_eq!(expected.len(), 2 * (10 + 7 + 20 + 20));
     assert!(rendered(folder.path(), &["--frames", "20", "--threads", "1"]) == expected);
@@ -71,8 +67,7 @@ fn threads_parts_and_snapshots_of_a_run_make_the_bytes_of_the_run() {
 
 #[test]
 fn others_read_the_files_and_the_log() {
-    let Some(_) = common::gpu() else { return };
-    let folder = scene_folder(SCENE);
+    let Some(folder) = with_gpu(|| scene_folder(SCENE)) else { return };
     let log = ["render", "scene.ron", "-o", "run", "--sensors", "ego/unit,ego/mast", "--format", "npy,npz,mcap"];
     succeeds(&[&log[..], &["--frames", "9"]].concat(), folder.path());
     let modules = ["numpy", "mcap", "mcap_ros2"];

@@ -1,18 +1,11 @@
 //! A thing that was put elsewhere did not move there: no sensor measures a motion over that, however rarely it is due.
 
 use super::{CAR, STEP, capture, gnss, imu, mount};
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DQuat, DVec3, Vec3};
-use relief::sense::{GnssCapture, ImuCapture, SensorSuite};
-use systems::Simulation;
-use systems::ecs::clock::Clock;
-use systems::run::inputs::Inputs;
-use systems::run::registry::{EntityRegistry, register_all};
+use crate::common::{self, prelude::*};
+use glam::DQuat;
+use relief::sense::{GnssCapture, ImuCapture};
 use systems::run::standard_inputs::{MoveVehicle, SetTransform};
-use systems::sensors::{Beam, Beams, GeoOrigin, LidarSensor, Sensor};
-use systems::space::Transform;
+use systems::sensors::{Beam, Beams, GeoOrigin};
 use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId, StampedMotion};
 

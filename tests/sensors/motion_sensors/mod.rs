@@ -4,25 +4,17 @@ mod collisions;
 mod files;
 mod jumps;
 
-use crate::common;
-use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec2, DVec3, Quat};
-use relief::sense::{BarometerCapture, Capture, GnssCapture, ImuCapture, SensorSuite};
+use crate::common::{self, prelude::*};
+use relief::sense::{BarometerCapture, GnssCapture, ImuCapture};
 use std::f64::consts::FRAC_PI_2;
-use systems::Simulation;
-use systems::ecs::clock::Clock;
 use systems::physics::Physical;
-use systems::run::registry::register_all;
 use systems::run::snapshot;
 use systems::sensors::wgs84::Geodetic;
-use systems::sensors::{
-    BarometerSensor, GeoOrigin, GnssSensor, ImuSensor, LaneReading, LaneSensor, Sensor, SensorKind,
-};
+use systems::sensors::{BarometerSensor, GeoOrigin, GnssSensor, ImuSensor, LaneReading, LaneSensor, SensorKind};
+use systems::space::GRAVITY;
 use systems::space::origin::Origin;
-use systems::space::{GRAVITY, Transform};
 use systems::vehicles::routes::{RoutePlan, Routes};
-use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleTypeId};
+use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId, VehicleTypeId};
 
 const STEP: f64 = 1.0 / 60.0;
 /// Radians: some roundings of quaternions of 32 bits, of 2⁻²³ each.

@@ -1,22 +1,16 @@
 //! Physical vehicles against closed forms, and what must hold whatever happens to them.
 
-use crate::steps;
+mod crashes;
+mod on_roads;
+
+use super::*;
 use bevy_ecs::name::Name;
-use bevy_ecs::prelude::*;
-use glam::{DVec3, Quat, Vec2, Vec3};
-use systems::Simulation;
-use systems::assets::{Library, Mesh, MeshId, shapes};
-use systems::ecs::clock::Clock;
+use systems::assets::Mesh;
 use systems::ecs::sub_steps::Parts;
-use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
-use systems::run::{registry, snapshot, state_hash};
-use systems::space::Transform;
+use systems::physics::{GRAVITY, Obstacle};
+use systems::run::registry;
 use systems::vehicles::ground::Ground;
-use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::{
-    Controls, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
-    Wanted, driving,
-};
+use systems::vehicles::{Wanted, driving};
 
 /// The box of a car's size, without air.
 const AIRLESS: Physical = Physical {
@@ -30,11 +24,9 @@ const AIRLESS: Physical = Physical {
     rest_length: None,
 };
 
-const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
-
 fn spawn(simulation: &mut Simulation, physical: Physical, at: Transform, speed: f32) -> Entity {
     let motion = Motion { speed: speed.into(), ..Motion::default() };
-    simulation.world.spawn((STAND_IN, physical, at, motion)).id()
+    simulation.world.spawn((CAR, physical, at, motion)).id()
 }
 
 fn want(simulation: &mut Simulation, vehicle: Entity, acceleration: f32, steering: f32) {
@@ -60,11 +52,11 @@ fn simulation() -> Simulation {
 }
 
 fn motion(simulation: &Simulation, vehicle: Entity) -> Motion {
-    *simulation.world.get::<Motion>(vehicle).unwrap()
+    super::state(simulation, vehicle)
 }
 
 fn place(simulation: &Simulation, vehicle: Entity) -> Transform {
-    *simulation.world.get::<Transform>(vehicle).unwrap()
+    super::state(simulation, vehicle)
 }
 
 /// Settled on its springs, then as fast as that along +Z.
@@ -279,69 +271,6 @@ fn none_sinks_through_the_ground() {
 }
 
 #[test]
-fn a_crash_keeps_the_momentum() {
-    let mut simulation = simulation();
-    let slippery = Physical { friction: Some(0.0), ..AIRLESS };
-    let fast = spawn(&mut simulation, Physical { mass: Some(1000.0), ..slippery }, Transform::IDENTITY, 15.0);
-    let slow =
-        spawn(&mut simulation, Physical { mass: Some(2000.0), ..slippery }, Transform::from_xyz(0.0, 0.0, 12.0), 0.0);
-    [fast, slow].into_iter().for_each(|vehicle| want(&mut simulation, vehicle, 0.1, 0.0));
-    let momentum = |simulation: &Simulation| {
-        let physics = simulation.world.resource::<Physics>();
-        let of = |vehicle| physics.velocity(*simulation.world.get::<VehicleNumber>(vehicle).unwrap()).unwrap();
-        of(fast) * 1000.0 + of(slow) * 2000.0
-    };
-    simulation.step();
-    let before = momentum(&simulation);
-    steps(&mut simulation, 90);
-    assert!(motion(&simulation, slow).speed > 4.0, "they never met");
-    assert!(motion(&simulation, slow).speed >= motion(&simulation, fast).speed);
-    let after = momentum(&simulation);
-    assert!((after.z / before.z - 1.0).abs() < 0.02, "{before} became {after}");
-}
-
-#[test]
-fn kinematic_vehicles_and_obstacles_stand_in_the_way() {
-    for obstacle in [false, true] {
-        let mut simulation = simulation();
-        let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
-        want(&mut simulation, vehicle, 0.1, 0.0);
-        if obstacle {
-            let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::splat(2.0)));
-            simulation.world.spawn((cube, Obstacle::Box, Transform::from_xyz(0.0, 1.0, 15.0)));
-        } else {
-            simulation.world.spawn((STAND_IN, Transform::from_xyz(0.0, 0.0, 15.0)));
-        }
-        steps(&mut simulation, 180);
-        let front = place(&simulation, vehicle).translation.z + VehicleType::default().front();
-        assert!((12.0..14.3).contains(&front), "its front is at {front}");
-    }
-}
-
-#[test]
-fn thrown_out_of_the_world_it_is_frozen_and_named_once() {
-    let mut simulation = simulation();
-    slope(&mut simulation, 0.0);
-    let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 0.0, 195.0), 20.0);
-    want(&mut simulation, vehicle, 1.0, 0.0);
-    let odd = spawn(&mut simulation, AIRLESS, Transform::from_xyz(f32::NAN, 0.0, 0.0), 20.0);
-    let mad = spawn(&mut simulation, AIRLESS, Transform::from_xyz(50.0, 0.0, 0.0), f32::INFINITY);
-    want(&mut simulation, mad, f32::NAN, f32::NAN);
-    steps(&mut simulation, 900);
-    let warnings = simulation.world.resource_mut::<Physics>().take_warnings();
-    assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings.iter().any(|text| text.contains("vehicle 1") && text.contains("left the world")), "{warnings:?}");
-    assert!(place(&simulation, vehicle).is_finite() && place(&simulation, mad).is_finite());
-    // Those whose numbers never made sense are told by what moves vehicles, and are no bodies.
-    assert!([odd, mad].into_iter().all(|vehicle| simulation.world.get::<Stalled>(vehicle).is_some()));
-    assert!(simulation.world.resource::<Physics>().is_empty());
-    let rest = place(&simulation, vehicle);
-    steps(&mut simulation, 60);
-    assert_eq!(place(&simulation, vehicle), rest);
-    assert!(simulation.world.resource_mut::<Physics>().take_warnings().is_empty());
-}
-
-#[test]
 fn what_cannot_stand_on_its_wheels_stays_kinematic() {
     let mut simulation = simulation();
     let bicycle = VehicleType { name: "bicycle".into(), track: 0.0, ..VehicleType::default() };
@@ -355,223 +284,12 @@ fn what_cannot_stand_on_its_wheels_stays_kinematic() {
 }
 
 #[test]
-fn obstacles_that_come_move_and_go_are_there_where_they_are() {
-    // A cube hung below something far away that is not in the way itself; what is done to them before the vehicle
-    // comes.
-    type Change = fn(&mut World, Entity, Entity);
-    let cases: [(&str, bool, Change); 5] = [
-        ("left alone", true, |_, _, _| {}),
-        ("what is above is moved", false, |world, above, _| {
-            world.get_mut::<Transform>(above).expect("one").translation.x += 20.0;
-        }),
-        ("gone", false, |world, _, cube| _ = world.despawn(cube)),
-        ("no obstacle", false, |world, _, cube| _ = world.entity_mut(cube).remove::<Obstacle>()),
-        ("without a mesh", false, |world, _, cube| _ = world.entity_mut(cube).remove::<MeshId>()),
-    ];
-    for (what, stops, change) in cases {
-        let mut simulation = simulation();
-        let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
-        want(&mut simulation, vehicle, 0.1, 0.0);
-        let mesh = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::splat(2.0)));
-        let above = simulation.world.spawn(Transform::from_xyz(0.0, 0.0, 100.0)).id();
-        let at = Transform::from_xyz(0.0, 1.0, -75.0);
-        let cube = simulation.world.spawn((mesh, Obstacle::Box, at, ChildOf(above))).id();
-        steps(&mut simulation, 10);
-        change(&mut simulation.world, above, cube);
-        steps(&mut simulation, 240);
-        let z = place(&simulation, vehicle).translation.z;
-        assert_eq!(z < 22.0, stops, "{what}: it is at {z}");
-    }
-}
-
-/// Vehicles that crash into each other on bumpy ground; in that order of spawning.
-fn melee(order: &[u32]) -> Simulation {
-    let mut simulation = simulation();
-    let mut mesh: Mesh = shapes::plane(Vec2::splat(120.0), glam::UVec2::splat(40));
-    mesh.positions.iter_mut().for_each(|p| p.y = 0.2 * (p.x * 0.7).sin() * (p.z * 0.5).cos());
-    let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
-    simulation.world.spawn((mesh, Ground));
-    for &number in order {
-        let angle = number as f32 * 0.7;
-        let turned = Quat::from_rotation_y(angle + std::f32::consts::PI);
-        let at = Transform::from_translation(Quat::from_rotation_y(angle) * Vec3::new(0.0, 0.5, 25.0 + number as f32));
-        let vehicle = (STAND_IN, VehicleNumber(number), Motion { speed: 8.0, ..Motion::default() });
-        let vehicle = simulation.world.spawn((vehicle, at.with_rotation(turned))).id();
-        if number % 4 != 3 {
-            simulation.world.entity_mut(vehicle).insert(Physical::default());
-            want(&mut simulation, vehicle, 1.0, 0.05);
-        }
-    }
-    simulation
-}
-
-fn state(simulation: &Simulation) -> Vec<u64> {
-    let mut state = Vec::new();
-    simulation.world.resource::<Physics>().state(|bits| state.push(bits));
-    state
-}
-
-#[test]
-fn runs_are_equal_to_the_bit_whatever_the_order_of_spawning() {
-    let order: Vec<u32> = (0..24).collect();
-    let (mut one, mut two) = (melee(&order), melee(&order));
-    let reversed: Vec<u32> = order.iter().rev().copied().collect();
-    let mut three = melee(&reversed);
-    for step in 0..400 {
-        [&mut one, &mut two, &mut three].into_iter().for_each(Simulation::step);
-        assert_eq!(state(&one), state(&two), "step {step}");
-        assert_eq!(state(&one), state(&three), "step {step}");
-    }
-    assert!(one.world.resource::<Physics>().len() > 12);
-}
-
-#[test]
-fn a_restored_run_goes_on_as_if_nothing_had_been() {
-    // Before they meet, and while they are in contact.
-    [150, 260].into_iter().for_each(a_run_restored_after);
-}
-
-fn a_run_restored_after(done: usize) {
-    let order: Vec<u32> = (0..16).collect();
-    let mut kept = melee(&order);
-    registry::register_all(&mut kept.world);
-    steps(&mut kept, done);
-    let saved = snapshot::save(&mut kept.world);
-    let mut other = melee(&order);
-    registry::register_all(&mut other.world);
-    snapshot::restore(&mut other.world, &saved).expect("a snapshot of this scene");
-    assert_eq!(snapshot::save(&mut other.world), saved);
-    for step in 0..300 {
-        [&mut kept, &mut other].into_iter().for_each(Simulation::step);
-        assert_eq!(state_hash::hash(&mut kept.world), state_hash::hash(&mut other.world), "step {step} after {done}");
-    }
-    assert_eq!(state(&kept), state(&other));
-}
-
-#[test]
 fn a_long_step_of_the_clock_is_done_in_several() {
     let mut simulation = simulation();
     simulation.world.resource_mut::<Clock>().step_seconds = 0.1;
     let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 1.0, 0.0), 0.0);
     steps(&mut simulation, 100);
     assert!(place(&simulation, vehicle).translation.length() < 0.01);
-}
-
-#[test]
-fn bodies_come_and_go_in_the_middle_of_a_run() {
-    let mut simulation = simulation();
-    let spawn = |simulation: &mut Simulation, x: f32, is_body: bool| {
-        let vehicle = (Vehicle::of(VehicleTypeId::STAND_IN), Transform::from_xyz(x, 0.3, 0.0));
-        let mut entity = simulation.world.spawn(vehicle);
-        if is_body {
-            entity.insert(Physical::default());
-        }
-        entity.id()
-    };
-    let stays = spawn(&mut simulation, 0.0, true);
-    for round in 0..12 {
-        let others = [4.0, 8.0, -4.0].map(|x| spawn(&mut simulation, x, round % 2 == 0));
-        steps(&mut simulation, 3);
-        simulation.world.despawn(others[round % 3]);
-        let again = spawn(&mut simulation, 12.0, true);
-        steps(&mut simulation, 2);
-        others.iter().chain([&again]).for_each(|&other| _ = simulation.world.try_despawn(other));
-        steps(&mut simulation, 1);
-    }
-    let height = simulation.world.get::<Transform>(stays).unwrap().translation.y;
-    assert!(height.abs() < 0.3, "{height}");
-}
-
-/// A straight level route of 600 m for 54 km/h, before whose end one waits.
-fn straight(simulation: &mut Simulation) {
-    let points = vec![DVec3::ZERO, DVec3::Z * 600.0];
-    let stop = Stop { at: 550.0, wait: Wait::Dwell(1e9), clear: 0.0 };
-    let plan = RoutePlan { points, speed_limit: 15.0, stops: vec![stop], ..RoutePlan::default() };
-    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
-}
-
-#[test]
-fn on_a_route_it_is_carried_by_its_forces_alone() {
-    let (mut routed, mut free) = (simulation(), simulation());
-    straight(&mut routed);
-    let driven = rolling(&mut routed, AIRLESS, 10.0);
-    routed.world.entity_mut(driven).insert(OnRoute::new(RouteId(0), 0, 0.0));
-    let other = rolling(&mut free, AIRLESS, 10.0);
-    let (mut fastest, mut dive, mut rise) = (0.0f64, 0.0f32, 0.0f32);
-    for step in 0..60 * 90 {
-        routed.step();
-        // The same wishes to one that no route drives.
-        let wanted = *routed.world.get::<Wanted>(driven).unwrap();
-        let controls = Controls { throttle: 1.0, ..Controls::default() };
-        free.world.entity_mut(other).insert((Wish(wanted), controls));
-        free.step();
-        assert_eq!(place(&routed, driven), place(&free, other), "step {step}");
-        fastest = fastest.max(motion(&routed, driven).speed);
-        let pitch = (place(&routed, driven).rotation * Vec3::Z).y;
-        (dive, rise) = (dive.min(pitch), rise.max(pitch));
-    }
-    // The model of following comes to the limit, and nothing else takes anything from it.
-    assert!((fastest - 15.0).abs() < 0.05, "{fastest}");
-    let at = place(&routed, driven).translation.z;
-    let front = VehicleType::default().front();
-    assert!((at + front - 548.0).abs() < 1.0 && motion(&routed, driven).speed.abs() < 1e-3, "stands 2 m before: {at}");
-    // A road that is level has no pitch: it is the springs' that it rises with 1.5 m/s² and dives with about 2.
-    assert!(dive < -0.002 && rise > 0.001, "{dive} {rise}");
-}
-
-/// A route says where its line lies, not what is below: vehicles begin on the ground, up to a metre above it or far
-/// below, and as steep as that is.
-#[test]
-fn on_a_route_it_begins_on_the_ground() {
-    for (height, slope) in [(0.8f32, 0.0f32), (-3.0, 0.0), (0.0, 0.3), (0.3, -0.15)] {
-        let mut simulation = simulation();
-        straight(&mut simulation);
-        let corners = [(-50.0, -50.0), (-50.0, 700.0), (50.0, 700.0), (50.0, -50.0)];
-        let positions = corners.map(|(x, z)| Vec3::new(x, height + slope * z, z)).to_vec();
-        let mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
-        let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
-        simulation.world.spawn((mesh, Ground));
-        let vehicle = spawn(&mut simulation, AIRLESS, Transform::IDENTITY, 10.0);
-        simulation.world.entity_mut(vehicle).insert(OnRoute::new(RouteId(0), 0, 0.0));
-        for step in 0..90 {
-            simulation.step();
-            let at = place(&simulation, vehicle);
-            let above = at.translation.y - (height + slope * at.translation.z);
-            // Springs of a car give some centimetres; the kinematic ones lie on the ground to the millimetre.
-            assert!(above.abs() < 0.1, "{height} {slope}: {above} m above the ground after {step} steps");
-            let lean = (at.rotation * Vec3::Y).dot(Vec3::new(0.0, 1.0, -slope).normalize());
-            assert!(lean > 0.999, "{height} {slope}: leans {lean} after {step} steps");
-        }
-        assert!(place(&simulation, vehicle).translation.z > 10.0, "{height} {slope}: it drives on");
-    }
-}
-
-#[test]
-fn put_to_a_routes_beginning_it_goes_on_as_fast_the_way_that_begins_there() {
-    let mut simulation = simulation();
-    // A quarter of a circle: from +Z to +X.
-    let points = (0..=18).map(|i| f64::to_radians(5.0 * f64::from(i)));
-    let points = points.map(|angle| DVec3::new(1.0 - angle.cos(), 0.0, angle.sin()) * 60.0).collect();
-    let plan = RoutePlan { points, spline: true, speed_limit: 10.0, ..RoutePlan::default() };
-    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
-    let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
-    simulation.world.entity_mut(vehicle).insert(OnRoute::new(RouteId(0), 0, 0.0));
-    let (mut jumps, mut before, mut speed) = (0, 0.0, 10.0);
-    for _ in 0..60 * 25 {
-        simulation.step();
-        let at = simulation.world.get::<OnRoute>(vehicle).unwrap().at;
-        let now = motion(&simulation, vehicle).speed;
-        if at < before - 50.0 {
-            jumps += 1;
-            // No driver asks for more than 6 m/s², 0.1 m/s in a step.
-            assert!((now - speed).abs() < 0.1, "{now} after {speed}");
-        }
-        (before, speed) = (at, now);
-        let off = place(&simulation, vehicle).translation - Vec3::X * 60.0;
-        assert!((off.length() - 60.0).abs() < 1.0, "on its circle: {off}");
-    }
-    // 250 m at the most on a route of 94 m.
-    assert_eq!(jumps, 2);
 }
 
 #[test]
@@ -585,7 +303,7 @@ fn ground_and_obstacles_follow_their_meshes() {
     let mesh = simulation.world.resource_mut::<Library>().add_mesh(plane(0.0));
     simulation.world.spawn((mesh, Ground));
     let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 0.2, 0.0), 0.0);
-    let kinematic = simulation.world.spawn((STAND_IN, Transform::from_xyz(15.0, 0.2, 0.0), Motion::default())).id();
+    let kinematic = simulation.world.spawn((CAR, Transform::from_xyz(15.0, 0.2, 0.0), Motion::default())).id();
     steps(&mut simulation, 240);
     let heights = |simulation: &Simulation| [vehicle, kinematic].map(|it| place(simulation, it).translation.y);
     let before = heights(&simulation);
