@@ -232,7 +232,8 @@ fn a_barometer_measures_the_air_where_it_is_on_earth() {
     let mut add = |name: &'static str, y: f32| {
         simulation.world.spawn((sensor(), Name::new(name), Transform::from_xyz(0.0, y, 0.0)));
     };
-    (add("low", 0.0), add("high", 10.0));
+    add("low", 0.0);
+    add("high", 10.0);
     register_all(&mut simulation.world);
     // No picture is asked for: no device is opened.
     let mut suite = SensorSuite::default();
