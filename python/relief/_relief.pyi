@@ -225,6 +225,12 @@ class _CollisionArguments(_SensorArguments, total=False):
 class _LaneArguments(_SensorArguments, total=False):
     reach: Optional[float]
 
+class _BarometerArguments(_SensorArguments, total=False):
+    pressure_bias: Optional[float]
+    pressure_sigma: Optional[float]
+    sea_level_pressure: Optional[float]
+    sea_level_temperature: Optional[float]
+
 class _PointLight(TypedDict, total=False):
     ambient: Optional[_Color]
     attenuation: Optional[Union[_Point, Literal["inverse_square"]]]
@@ -259,7 +265,7 @@ class _DirectionalLight(TypedDict, total=False):
 # end of described
 
 # described: kinds
-_SensorKind = Literal["camera", "lidar", "imu", "gnss", "collision", "lane"]
+_SensorKind = Literal["camera", "lidar", "imu", "gnss", "collision", "lane", "barometer"]
 # end of described
 
 # "class" is a word of the language.
@@ -343,6 +349,7 @@ class Sim:
     def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
     def add_collision(self, name: str, **arguments: Unpack[_CollisionArguments]) -> Sensor: ...
     def add_lane(self, name: str, **arguments: Unpack[_LaneArguments]) -> Sensor: ...
+    def add_barometer(self, name: str, **arguments: Unpack[_BarometerArguments]) -> Sensor: ...
     # end of described
     def entity(self, id: int) -> Any: ...
     def set_signal(self, name: str, shows: Optional[Union[str, Sequence[str]]]) -> None: ...
@@ -479,6 +486,7 @@ class Entity:
     def add_gnss(self, name: str, **arguments: Unpack[_GnssArguments]) -> Sensor: ...
     def add_collision(self, name: str, **arguments: Unpack[_CollisionArguments]) -> Sensor: ...
     def add_lane(self, name: str, **arguments: Unpack[_LaneArguments]) -> Sensor: ...
+    def add_barometer(self, name: str, **arguments: Unpack[_BarometerArguments]) -> Sensor: ...
     # end of described
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -801,6 +809,14 @@ class Reading(_Measured):
     def _messages(self, frame: str) -> List[Tuple[str, str, bytes]]: ...
 
 # described: readings
+class BarometerReading(Reading):
+    """Measurement of a barometer."""
+
+    @property
+    def pressure(self) -> float: ...
+    @property
+    def sigma(self) -> float: ...
+
 class GnssReading(Reading):
     """Measurement of a receiver of satellite navigation."""
 

@@ -6,7 +6,7 @@ use crate::renderer::culling::slot_set::SlotSet;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::formats::PICTURE_FORMAT;
 use crate::renderer::plan::view_plan::ViewPlan;
-use crate::renderer::views::layers::BatchKey;
+use crate::renderer::views::layers::ViewBatchKey;
 use crate::renderer::views::view_state::ViewState;
 use crate::renderer::views::view_target::ViewTarget;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use systems::draw::FrameData;
 /// The views of a batch, as they are encoded world by world.
 pub(crate) struct BatchEncoder<'a> {
     pub renderer: &'a mut Renderer,
-    pub key: BatchKey,
+    pub key: ViewBatchKey,
     pub states: &'a mut [ViewState],
     /// All in one, or one for each view.
     pub pictures: &'a [wgpu::TextureView],

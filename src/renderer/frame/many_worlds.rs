@@ -7,7 +7,7 @@ use super::view_batches::ViewBatches;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::plan::view_plan::ViewPlan;
 use crate::renderer::shadows::shadow_maps::views_with_room;
-use crate::renderer::views::layers::BatchKey;
+use crate::renderer::views::layers::ViewBatchKey;
 use crate::renderer::views::outputs::Outputs;
 use systems::draw::{FrameData, ToneMap};
 
@@ -56,7 +56,7 @@ impl Renderer {
                 results[world] = drawn.into_iter().map(Some).collect();
             }
         }
-        let key_of = |&(world, plan): &(usize, usize)| (BatchKey::of(&worlds[world][plan]), tone_maps[world]);
+        let key_of = |&(world, plan): &(usize, usize)| (ViewBatchKey::of(&worlds[world][plan]), tone_maps[world]);
         while let Some(first) = open.first() {
             let key = key_of(first);
             let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);

@@ -25,7 +25,7 @@ use crate::renderer::passes::pipelines::{Pipelines, ToneMapSource};
 use crate::renderer::plan::output_set::OutputSet;
 use crate::renderer::plan::view_plan::ViewPlan;
 use crate::renderer::shadows::shadow_maps::views_with_room;
-use crate::renderer::views::layers::{BatchKey, LayerTextures};
+use crate::renderer::views::layers::{LayerTextures, ViewBatchKey};
 use crate::renderer::views::outputs::Outputs;
 use crate::renderer::views::view_state::ViewState;
 use std::sync::Arc;
@@ -38,13 +38,13 @@ const KEPT_FOR: u32 = 120;
 /// outputs, and the textures that they share.
 #[derive(Debug, Default)]
 pub struct ViewBatches {
-    batches: Vec<Batch>,
+    batches: Vec<ViewBatch>,
     readback: Readback,
 }
 
 #[derive(Debug)]
-struct Batch {
-    key: BatchKey,
+struct ViewBatch {
+    key: ViewBatchKey,
     states: Vec<ViewState>,
     textures: Option<LayerTextures>,
     /// Calls since it had a view.
@@ -63,10 +63,10 @@ impl ViewBatches {
     }
 
     /// The batch of a kind, which is made where there is none.
-    fn batch(&mut self, key: BatchKey) -> &mut Batch {
+    fn batch(&mut self, key: ViewBatchKey) -> &mut ViewBatch {
         let found = self.batches.iter().position(|batch| batch.key == key);
         let index = found.unwrap_or_else(|| {
-            self.batches.push(Batch { key, states: Vec::new(), textures: None, unused_for: 0 });
+            self.batches.push(ViewBatch { key, states: Vec::new(), textures: None, unused_for: 0 });
             self.batches.len() - 1
         });
         let batch = &mut self.batches[index];
@@ -75,7 +75,7 @@ impl ViewBatches {
     }
 }
 
-impl Batch {
+impl ViewBatch {
     /// Has states and layers for so many views.
     fn fit(&mut self, gpu: &Gpu, pipelines: &Pipelines, views: usize) -> Result<(), RenderError> {
         if self.states.len() < views {
@@ -129,8 +129,8 @@ impl Renderer {
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
         while let Some(&first) = open.first() {
-            let key = BatchKey::of(&plans[first]);
-            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|&&i| BatchKey::of(&plans[i]) == key);
+            let key = ViewBatchKey::of(&plans[first]);
+            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|&&i| ViewBatchKey::of(&plans[i]) == key);
             open = others;
             let mut rest = &alike[..];
             while !rest.is_empty() {
@@ -154,7 +154,7 @@ impl Renderer {
     pub(super) fn draw_batch(
         &mut self,
         batches: &mut ViewBatches,
-        key: BatchKey,
+        key: ViewBatchKey,
         count: usize,
         encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
     ) -> Result<Vec<Outputs>, RenderError> {
@@ -165,7 +165,8 @@ impl Renderer {
         }
         batches.batch(key).fit(&self.gpu, &self.pipelines, count)?;
         let ViewBatches { batches, readback } = batches;
-        let Some(Batch { states, textures: Some(textures), .. }) = batches.iter_mut().find(|batch| batch.key == key)
+        let Some(ViewBatch { states, textures: Some(textures), .. }) =
+            batches.iter_mut().find(|batch| batch.key == key)
         else {
             return Ok(Vec::new());
         };
@@ -194,7 +195,7 @@ impl Renderer {
         readback: &mut Readback,
         mut encoder: wgpu::CommandEncoder,
         textures: &LayerTextures,
-        key: BatchKey,
+        key: ViewBatchKey,
         states: &[ViewState],
     ) -> Vec<Outputs> {
         let count = states.len();
@@ -248,7 +249,7 @@ impl Renderer {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         textures: &LayerTextures,
-        key: BatchKey,
+        key: ViewBatchKey,
         count: u32,
         target: &wgpu::TextureView,
         states: &[ViewState],

@@ -20,7 +20,7 @@ const MOST_BYTES: u64 = 256 << 20;
 
 /// Traits that views of a batch have in common.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct BatchKey {
+pub(crate) struct ViewBatchKey {
     pub size: (u32, u32),
     pub samples: u32,
     pub outputs: OutputSet,
@@ -28,7 +28,7 @@ pub(crate) struct BatchKey {
     tone_mapped: bool,
 }
 
-impl BatchKey {
+impl ViewBatchKey {
     pub fn of(plan: &ViewPlan) -> Self {
         let Settings { samples, outputs, debug, .. } = plan.settings;
         Self { size: plan.size(), samples, outputs, tone_mapped: debug == DebugView::Off }
@@ -93,7 +93,7 @@ impl Layer {
 }
 
 impl LayerTextures {
-    pub fn new(gpu: &Gpu, pipelines: &Pipelines, key: BatchKey, layers: u32) -> Result<Self, RenderError> {
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines, key: ViewBatchKey, layers: u32) -> Result<Self, RenderError> {
         let device = &gpu.device;
         let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -121,7 +121,7 @@ impl LayerTextures {
         }
     }
 
-    pub fn layer(&self, key: BatchKey, index: u32) -> Layer {
+    pub fn layer(&self, key: ViewBatchKey, index: u32) -> Layer {
         let output = |texture: &wgpu::Texture, label| OutputTexture {
             view: layer_view(texture, label, index),
             texture: texture.clone(),
