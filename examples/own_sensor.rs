@@ -1,5 +1,5 @@
-//! A kind of sensor of one's own: an inclinometer, which measures the slope of what it is mounted on. Scene files set it,
-//! it is captured with the others, and its readings are in the files of a data set.
+//! A kind of sensor of one's own: an inclinometer, which measures the slope of what it is mounted on. Scene files set
+//! it, it is captured with the others, and its readings are in the files of a data set.
 //!
 //! `cargo run --release --example own_sensor` writes `own_sensor.ron` and the folder `own_sensor`.
 
@@ -50,7 +50,7 @@ impl ReadingSensor for Inclinometer {
     fn measure(&self, at: &mut Measuring<'_>) -> Vec<Slope> {
         let forward = at.pose.rotation * glam::DVec3::Z;
         let noise = normal(at.noise.words(0, 0)[0]) * self.sigma_degrees;
-        vec![Slope { degrees: forward.y.asin().to_degrees() + f64::from(noise) }]
+        vec![Slope { degrees: forward.y.clamp(-1.0, 1.0).asin().to_degrees() + f64::from(noise) }]
     }
 }
 

@@ -58,8 +58,8 @@ impl<W: Write> Log<W> {
     /// # Errors
     /// Another type than the topic's earlier messages; the error of writing.
     pub fn write_encoded(&mut self, topic: &str, nanoseconds: u64, message: &Encoded) -> Result<()> {
-        let Encoded { message_type, bytes } = message;
-        self.append(topic, message_type, || definition(message_type).into_bytes(), (nanoseconds, bytes))
+        let Encoded { message_type, fields, bytes } = message;
+        self.append(topic, message_type, || definition(fields).into_bytes(), (nanoseconds, bytes))
     }
 
     /// Appends the messages of another log, in their order. The logs of the parts of a run, one after another, are that

@@ -134,7 +134,8 @@ impl LightDescription {
         if fields.get("color") != before.get("color") {
             fields.insert("temperature_kelvin".into(), Value::Null);
         } else if fields.get("temperature_kelvin") != before.get("temperature_kelvin") {
-            let brightest = self.fields().color.rgb().max_element();
+            // A light of no colour has that of the temperature itself.
+            let brightest = Some(self.fields().color.rgb().max_element()).filter(|most| *most > 0.0).unwrap_or(1.0);
             fields.insert("color".into(), vec![brightest; 3].into());
         }
         let kind = Light::from(self).kind.name();

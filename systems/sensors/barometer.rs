@@ -5,15 +5,22 @@ use crate::describe::check::Described;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Constants of the U.S. Standard Atmosphere, 1976 (NOAA-S/T 76-1562, tables 2 to 4): standard gravity, m/s²; molar mass
-/// of air, kg/mol; gas constant, J/(mol K); lapse rate below the tropopause, K/m; altitude of that, geopotential metres;
-/// radius of the Earth by which altitudes become geopotential ones, metres.
+/// Constants of the U.S. Standard Atmosphere, 1976 (NOAA-S/T 76-1562, tables 2 to 4): standard gravity, m/s²; molar
+/// mass of air, kg/mol; gas constant, J/(mol K); radius of the Earth by which altitudes become geopotential, metres.
 const STANDARD_GRAVITY: f64 = 9.806_65;
 const MOLAR_MASS: f64 = 0.028_964_4;
 const GAS: f64 = 8.314_32;
-const LAPSE: f64 = 0.0065;
-const TROPOPAUSE: f64 = 11_000.0;
 const EARTH_RADIUS: f64 = 6_356_766.0;
+/// Layers from below up: geopotential metres where each begins, and how much warmer a metre higher is, K/m.
+const LAYERS: [(f64, f64); 7] = [
+    (0.0, -0.0065),
+    (11_000.0, 0.0),
+    (20_000.0, 0.001),
+    (32_000.0, 0.0028),
+    (47_000.0, 0.0),
+    (51_000.0, -0.0028),
+    (71_000.0, -0.002),
+];
 
 /// A barometer, which measures the static pressure of the air.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
@@ -58,16 +65,28 @@ impl BarometerSensor {
         self.pressure(altitude) + f64::from(error)
     }
 
-    /// Pressure at an altitude: p₀ (1 − L H/T₀)^(g M/(R L)) up to the tropopause, above it p exp(−g M ΔH/(R T)) (U.S.
-    /// Standard Atmosphere, 1976, equations 33a and 33b); H: geopotential metres.
+    /// Pressure at an altitude, layer by layer: p (T′/T)^(−g M/(R L)) where it is L K warmer a metre higher, and
+    /// p exp(−g M ΔH/(R T)) where it is as warm (U.S. Standard Atmosphere, 1976, equations 33a and 33b).
     fn pressure(&self, altitude: f64) -> f64 {
         let height = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude);
-        let (below, above) = (height.min(TROPOPAUSE), (height - TROPOPAUSE).max(0.0));
-        let at_sea_level = f64::from(self.sea_level_temperature);
-        let temperature = at_sea_level - LAPSE * below;
         let per_metre = STANDARD_GRAVITY * MOLAR_MASS / GAS;
-        let pressure = f64::from(self.sea_level_pressure) * (temperature / at_sea_level).powf(per_metre / LAPSE);
-        pressure * (-per_metre * above / temperature).exp()
+        let ends = LAYERS[1..].iter().map(|(begin, _)| *begin).chain([f64::INFINITY]);
+        let (mut pressure, mut temperature) =
+            (f64::from(self.sea_level_pressure), f64::from(self.sea_level_temperature));
+        for ((begin, lapse), end) in LAYERS.into_iter().zip(ends) {
+            let through = height.min(end) - begin;
+            // The lowest goes on below the sea.
+            if through <= 0.0 && begin > 0.0 {
+                break;
+            }
+            let above = temperature + lapse * through;
+            pressure *= match lapse {
+                0.0 => (-per_metre * through / temperature).exp(),
+                _ => (above / temperature).powf(-per_metre / lapse),
+            };
+            temperature = above;
+        }
+        pressure
     }
 }
 

@@ -59,9 +59,14 @@ pub enum SensorKind {
     Lane(LaneSensor),
     /// Pressure of the air.
     Barometer(BarometerSensor),
-    /// Measurement of a kind that a program adds, by the kind's name; its settings are a component of the entity.
+    /// Measurement of a kind that a program adds; its settings are a component of the entity.
     #[schemars(skip)]
-    Custom(String),
+    Custom {
+        /// Name of the kind.
+        name: String,
+        /// True if logs of ROS 2 have messages of it.
+        has_messages: bool,
+    },
 }
 
 /// Steps after which a sensor is due.

@@ -39,13 +39,13 @@ pub struct LaneReading {
     #[schemars(extend("unit" = "count from the edge of the road"))]
     pub lane: u32,
     /// Metres from the middle of the lane, left positive.
-    #[schemars(extend("unit" = "metres from the middle of the lane, left positive"))]
+    #[schemars(extend("unit" = "metres from the middle of the lane, left positive", "shown" = "offset {3} m"))]
     pub offset: f64,
     /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
-    #[schemars(extend("unit" = "radians from the lane's way, left positive"))]
+    #[schemars(extend("unit" = "radians from the lane's way, left positive", "shown" = "heading {4} rad"))]
     pub heading_error: f64,
     /// Curvature of the lane's centre line, 1/m, left positive.
-    #[schemars(extend("unit" = "1/m, left positive"))]
+    #[schemars(extend("unit" = "1/m, left positive", "shown" = "curvature {4} 1/m"))]
     pub curvature: f64,
     /// Width of the lane, metres.
     #[schemars(extend("unit" = "metres"))]
@@ -54,6 +54,6 @@ pub struct LaneReading {
     #[schemars(extend("unit" = "metres of the route"))]
     pub along: f64,
     /// Speed of the vehicle that the sensor is on, m/s along its forward; 0 on anything else.
-    #[schemars(extend("unit" = "m/s"))]
+    #[schemars(extend("unit" = "m/s", "shown" = "{2} m/s"))]
     pub speed: f64,
 }

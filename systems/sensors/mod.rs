@@ -4,9 +4,9 @@
 //! states after the steps at which it is due, and of nothing else. [`Class`] and [`Instance`] say what outputs call the
 //! things that are seen. A camera's [`Lens`] says where it sees what (`lens`), and its [`Exposure`] and [`ImageNoise`]
 //! what it makes of light. A [`LidarSensor`] has the [`Beams`] of a model and fires them by its clock. An [`ImuSensor`]
-//! and a [`GnssSensor`] measure how they move and where on Earth they are ([`wgs84`]), a [`BarometerSensor`] the pressure
-//! there, a [`LaneSensor`] and a [`CollisionSensor`] what is below and beside a vehicle. [`philox`] makes the random numbers of noise, which depend
-//! on counters alone.
+//! and a [`GnssSensor`] measure how they move and where on Earth they are ([`wgs84`]), a [`BarometerSensor`] the
+//! pressure there. A [`LaneSensor`] and a [`CollisionSensor`] measure what is below and beside a vehicle. [`philox`]
+//! makes the random numbers of noise, which depend on counters alone.
 
 pub(crate) mod barometer;
 pub(crate) mod beams;

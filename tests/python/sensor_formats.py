@@ -181,7 +181,8 @@ assert len(tables) == 13
 known = {name: {row["token"]: row for row in rows} for name, rows in tables.items()}
 assert all(len(known[name]) == len(rows) for name, rows in tables.items())
 aliases = {"first_annotation": "sample_annotation", "last_annotation": "sample_annotation"}
-aliases.update({"first_sample": "sample", "last_sample": "sample", "log_tokens": "log", "attribute_tokens": "attribute"})
+aliases.update({"first_sample": "sample", "last_sample": "sample"})
+aliases.update({"log_tokens": "log", "attribute_tokens": "attribute"})
 for name, rows in tables.items():
     for row in rows:
         for field, value in row.items():
@@ -212,7 +213,8 @@ assert [row["timestamp"] for row in samples] == [0, 33_333, 66_666]
 (scene,) = tables["scene"]
 assert scene["nbr_samples"] == 3 and scene["first_sample_token"] == samples[0]["token"]
 assert scene["last_sample_token"] == samples[2]["token"]
-assert [entry["name"] for entry in tables["category"]] == [entry["name"] for entry in classes.values() if entry["thing"]]
+things = [entry["name"] for entry in classes.values() if entry["thing"]]
+assert [entry["name"] for entry in tables["category"]] == things
 for measured in tables["sample_data"]:
     calibrated = known["calibrated_sensor"][measured["calibrated_sensor_token"]]
     channel = known["sensor"][calibrated["sensor_token"]]["channel"]

@@ -1,7 +1,11 @@
 //! Fields that a program adds to scene files: what they put into the world, and what is said of them.
 
 use super::*;
-use serde::Deserialize;
+use relief::sense::{Measuring, ReadingSensor, Record, add_sensor_kind};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use systems::describe::Described;
+use systems::run::{snapshot, state_hash};
 
 #[derive(Component, Deserialize, Clone, PartialEq, Debug)]
 #[serde(deny_unknown_fields)]
@@ -277,4 +281,100 @@ proptest! {
             format!("{line}:{column}: entities[{before}]{below}.buoy.metres: expected a number, found `\"bad\"`");
         prop_assert_eq!(problems(&Folder::with_model(), &text), [expected]);
     }
+}
+
+/// A kind of sensor of a program.
+#[derive(Component, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Sonar {
+    /// Distance that it reaches.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    reach: f32,
+}
+
+/// Depth of water.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
+struct Depth {
+    #[schemars(extend("unit" = "metres"))]
+    metres: f64,
+}
+
+impl Described for Sonar {}
+impl Described for Depth {}
+impl Record for Depth {}
+
+impl ReadingSensor for Sonar {
+    const KIND: &'static str = "sonar";
+    type Record = Depth;
+
+    fn measure(&self, at: &mut Measuring<'_>) -> Vec<Depth> {
+        vec![Depth { metres: at.pose.translation.y.min(self.reach.into()) }]
+    }
+}
+
+fn with_sonar() -> Simulation {
+    let mut simulation = Simulation::new();
+    add_sensor_kind::<Sonar>(&mut simulation.world);
+    simulation
+}
+
+#[test]
+fn sensors_of_a_program_are_checked_as_others_are() {
+    let folder = Folder::with_model();
+    let problems = |text: &str| folder.problems_in(with_sonar, "scene.ron", text);
+    let twice = r#"(entities: [(name: "a", sonar: (reach: 1)), (name: "a", sensor: lane())])"#;
+    for (text, expected) in [
+        (r#"(entities: [(sonar: (reach: 1))])"#, "entities[0].sonar: expected the entity to have a name"),
+        (r#"(entities: [(name: "a", sensor: lane(), sonar: (reach: 1))])"#, "entities[0].sonar: expected one sensor"),
+        (
+            r#"(entities: [(name: "a", sonar: (reach: 101))])"#,
+            "sonar: reach: expected a number from 0 to 100, found 101",
+        ),
+        (r#"(entities: [(name: "a", sonar: (reach: 1, every: 2, phase: 2))])"#, "phase: expected less than every"),
+        (r#"(entities: [(name: "a", sonar: (reach: 1, hz: 2))])"#, "unknown field \"hz\""),
+        (twice, "entities[1].sensor: duplicate sensor name \"a\": entities[0].sonar has it, too"),
+        (
+            r#"(entities: [(name: "a", sensor: custom(name: "sonar", has_messages: false))])"#,
+            "expected a kind of the library",
+        ),
+    ] {
+        let found = problems(text);
+        assert!(found.len() == 1 && found[0].contains(expected), "{text}: {found:?}");
+    }
+}
+
+#[test]
+fn settings_of_a_program_s_sensor_are_state() {
+    let folder = Folder::with_model();
+    let text = r#"(entities: [(name: "deep", transform: (translation: (0, 7, 0)), sonar: (reach: 5, every: 2))])"#;
+    let path = folder.file("scene.ron", text);
+    let load = || {
+        let mut simulation = with_sonar();
+        scene::load(&path, &mut simulation).expect("a scene");
+        simulation
+    };
+    // No picture is asked for: no device is opened.
+    let mut suite = SensorSuite::default();
+    let mut metres = |simulation: &mut Simulation| {
+        let capture = suite.capture(simulation).expect("captured");
+        capture.get("deep").map(|sensor| sensor.reading::<Depth>().expect("a depth").metres)
+    };
+    let mut simulation = load();
+    assert_eq!(metres(&mut simulation), Some(5.0));
+    let before = state_hash::hash(&mut simulation.world);
+    simulation.world.query::<&mut Sonar>().single_mut(&mut simulation.world).expect("one").reach = 3.0;
+    assert_ne!(state_hash::hash(&mut simulation.world), before);
+    let saved = snapshot::save(&mut simulation.world);
+    let mut other = load();
+    snapshot::restore(&mut other.world, &saved).expect("the same scene");
+    assert_eq!(metres(&mut other), Some(3.0));
+    other.step();
+    assert_eq!(metres(&mut other), None, "it is not due");
+    simulation.world.query::<&mut Sonar>().single_mut(&mut simulation.world).expect("one").reach = f32::NAN;
+    let unsound = snapshot::save(&mut simulation.world);
+    assert!(snapshot::restore(&mut load().world, &unsound).is_err(), "settings are checked");
+    // What a program takes away is not measured any more.
+    let sensor = simulation.world.query_filtered::<Entity, With<Sonar>>().single(&simulation.world).expect("one");
+    simulation.world.entity_mut(sensor).remove::<Sonar>();
+    assert_eq!(metres(&mut simulation), None);
 }

@@ -99,8 +99,8 @@ arrays! { LidarCapture:
 
 #[pymethods]
 impl LidarCapture {
-    /// `world_from_sensor` when the first column was fired: float64 (4, 4). Equal to that unless the sensor sweeps, and in
-    /// its first capture. Between the two it goes straight ahead and turns evenly.
+    /// `world_from_sensor` when the first column was fired: float64 (4, 4). Equal to that unless the sensor sweeps, and
+    /// in its first capture. Between the two it goes straight ahead and turns evenly.
     #[getter]
     fn world_from_sensor_before<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         matrix(py, &self.world_from_sensor_before)

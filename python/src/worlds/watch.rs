@@ -2,7 +2,7 @@
 
 use relief::bevy_ecs::prelude::Entity;
 use relief::bevy_ecs::world::World;
-use relief::sense::{Capture, SensorCapture, lack};
+use relief::sense::{Capture, SensorCapture, poses_needed};
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::snapshot::Restored;
 use relief::systems::sensors::{CameraOutput, Sensor, SensorKind};
@@ -94,7 +94,8 @@ impl Lack {
                 let has_flow = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack]);
                 has_flow.then_some(Self::Flow)
             }
-            kind => lack(kind).map(Self::Reading),
+            SensorKind::Gnss(_) => Some(Self::Reading("it has no velocity")),
+            kind => (poses_needed(kind) > 0).then_some(Self::Reading("its reading is not valid")),
         }
     }
 

@@ -64,7 +64,7 @@ pub(super) fn of_sensors(world: &mut World, chosen: &BTreeMap<String, Sensor>) -
             let mut described = match (&sensor.kind, settings) {
                 (SensorKind::Camera(camera), _) => of_camera(camera),
                 (SensorKind::Lidar(lidar), _) => serde_json::to_value(lidar).ok()?,
-                (_, settings) => settings?.values().ok()?,
+                (_, settings) => settings.map_or(Ok(json!({})), |own| own.values()).ok()?,
             };
             if !matches!(sensor.kind, SensorKind::Camera(_)) {
                 described["axes"] = json!("X forward, Y left, Z up");

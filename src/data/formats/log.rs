@@ -33,12 +33,12 @@ use crate::sense::captures::boxes::ObjectBox;
 use crate::sense::captures::camera::CameraCapture;
 use crate::sense::captures::capture::{Capture, SensorData};
 use crate::sense::captures::lidar::LidarCapture;
-use crate::sense::motion::built_in;
+use crate::sense::motion::kind::has_messages;
 use glam::{DAffine3, DQuat};
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
-use systems::sensors::{CameraOutput, Classes, SensorKind};
+use systems::sensors::{CameraOutput, Classes};
 
 /// The log of a data set.
 pub(crate) const LOG: &str = "sensors.mcap";
@@ -48,7 +48,7 @@ impl FileFormat {
     pub const MCAP: Self = Self {
         name: "mcap",
         help: "sensors.mcap, one log of ROS 2 for the run: image_raw, depth, class, instance and camera_info of \
-               cameras, points of lidars, readings of others, /tf, /clock",
+               cameras, points of lidars, what others have a message for, /tf, /clock",
         endings: &[],
         needs: None,
         accepts: |kind, output| match output {
@@ -57,7 +57,7 @@ impl FileFormat {
                 matches!(output, Color | Depth | Class | Instance | Boxes)
             }
             // Readers know messages of some kinds only.
-            None => matches!(kind, SensorKind::Lidar(_)) || built_in(kind).is_some_and(|own| own.topic().is_some()),
+            None => has_messages(kind),
         },
         check: |run| match cfg!(feature = "mcap") {
             true => check_names(run.sensors.keys()),

@@ -22,7 +22,7 @@ use crate::sense::captures::axes::{ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
 use crate::sense::captures::boxes::ObjectBox;
 use crate::sense::captures::capture::{Capture, SensorCapture, SensorData};
 use crate::sense::captures::lidar::LidarCapture;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -386,7 +386,7 @@ impl RunWriter for NuscenesWriter {
                 }
                 SensorData::Lidar(lidar) => {
                     let file = format!("{}/points_{:05}.pcd.bin", sensor.name, at.step);
-                    self.write_file(&file, points(lidar))?;
+                    self.write_file(&file, points(lidar, &sensor.world_from_outputs()))?;
                     self.measurement(sensor, at, &file, (0, 0));
                 }
                 _ => {}
@@ -470,8 +470,17 @@ fn quaternion(rotation: DMat3) -> [f64; 4] {
     [w, x, y, z]
 }
 
-fn points(LidarCapture { scan, .. }: &LidarCapture) -> io::Result<Vec<u8>> {
-    let places = scan.returns(&scan.xyz);
+/// Returns in the axes that the lidar's outputs have at the capture, wherever it was when a column was fired.
+fn points(lidar: &LidarCapture, scene_from_outputs: &DAffine3) -> io::Result<Vec<u8>> {
+    let (scan, outputs_from_scene) = (&lidar.scan, scene_from_outputs.inverse());
+    let place = |(i, xyz): (usize, &[f32; 3])| {
+        let outputs_from_column = outputs_from_scene * lidar.scene_from_column((i / lidar.rings()) as u64);
+        outputs_from_column.transform_point3(Vec3::from_array(*xyz).as_dvec3()).as_vec3().to_array()
+    };
+    let places = match lidar.sweep {
+        true => scan.returns(&scan.xyz.iter().enumerate().map(place).collect::<Vec<_>>()),
+        false => scan.returns(&scan.xyz),
+    };
     let intensity: Vec<f32> = scan.returns(&scan.intensity).iter().map(|share| share * 255.0).collect();
     let ring: Vec<f32> = scan.returns(&scan.ring).iter().map(|ring| f32::from(*ring)).collect();
     let columns = [

@@ -53,6 +53,9 @@ pub struct Image<'a> {
 
 impl Message for Image<'_> {
     const TYPE: &'static str = "sensor_msgs/msg/Image";
+    const FIELDS: &'static str = "\
+        std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\n\
+        uint32 step\nuint8[] data\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         let (name, channels, values) = self.pixels.parts();
@@ -122,6 +125,10 @@ pub struct CameraInfo<'a> {
 
 impl Message for CameraInfo<'_> {
     const TYPE: &'static str = "sensor_msgs/msg/CameraInfo";
+    const FIELDS: &'static str = "\
+        std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n\
+        float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n\
+        sensor_msgs/RegionOfInterest roi\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         let ([fx, fy, cx, cy], (model, coefficients)) = (self.intrinsics, self.distortion.parts());

@@ -1,10 +1,11 @@
-//! Definitions of messages in the language of ROS 2's `.msg` files, as logs hold them (MCAP's `ros2msg`).
+//! Definitions of messages in the language of ROS 2's `.msg` files, as logs hold them (MCAP's `ros2msg`). A message has
+//! its own fields ([`super::Message::FIELDS`]); those of its parts are here.
 //!
 //! Those of ROS are those of Humble to Kilted. Those of Foxglove are those of `foxglove_msgs` 3.0, to whose messages
 //! later versions added fields: a reader goes by the text beside the message.
 
-/// Types and their own fields.
-const DEFINITIONS: [(&str, &str); 38] = [
+/// Types that messages consist of, and their own fields.
+const PARTS: [(&str, &str); 28] = [
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     (
@@ -23,11 +24,6 @@ const DEFINITIONS: [(&str, &str); 38] = [
         "foxglove_msgs/CylinderPrimitive",
         "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfloat64 bottom_scale\nfloat64 top_scale\n\
          foxglove_msgs/Color color\n",
-    ),
-    (
-        "foxglove_msgs/ImageAnnotations",
-        "foxglove_msgs/CircleAnnotation[] circles\nfoxglove_msgs/PointsAnnotation[] points\n\
-         foxglove_msgs/TextAnnotation[] texts\n",
     ),
     ("foxglove_msgs/KeyValuePair", "string key\nstring value\n"),
     (
@@ -58,10 +54,6 @@ const DEFINITIONS: [(&str, &str); 38] = [
     ),
     ("foxglove_msgs/SceneEntityDeletion", "builtin_interfaces/Time timestamp\nuint8 type\nstring id\n"),
     (
-        "foxglove_msgs/SceneUpdate",
-        "foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities\n",
-    ),
-    (
         "foxglove_msgs/SpherePrimitive",
         "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfoxglove_msgs/Color color\n",
     ),
@@ -89,56 +81,27 @@ const DEFINITIONS: [(&str, &str); 38] = [
         "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
     ),
     ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
-    ("rosgraph_msgs/Clock", "builtin_interfaces/Time clock\n"),
-    (
-        "sensor_msgs/CameraInfo",
-        "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\n\
-         float64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n",
-    ),
-    ("sensor_msgs/FluidPressure", "std_msgs/Header header\nfloat64 fluid_pressure\nfloat64 variance\n"),
-    (
-        "sensor_msgs/Image",
-        "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\n\
-         uint8[] data\n",
-    ),
-    (
-        "sensor_msgs/Imu",
-        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
-         geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
-         geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
-    ),
-    (
-        "sensor_msgs/NavSatFix",
-        "std_msgs/Header header\nsensor_msgs/NavSatStatus status\nfloat64 latitude\nfloat64 longitude\n\
-         float64 altitude\nfloat64[9] position_covariance\nuint8 position_covariance_type\n",
-    ),
     ("sensor_msgs/NavSatStatus", "int8 status\nuint16 service\n"),
-    (
-        "sensor_msgs/PointCloud2",
-        "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n\
-         uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
-    ),
     ("sensor_msgs/PointField", "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"),
     (
         "sensor_msgs/RegionOfInterest",
         "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n",
     ),
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
-    ("tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"),
 ];
 
 /// Line before the definition of a type that another consists of (MCAP registry, "ros2msg").
 const SEPARATOR: &str = "================================================================================\nMSG: ";
 
-/// The definition of a type (`sensor_msgs/msg/Image`) and of all that it consists of. Empty for a type that is unknown.
-pub fn definition(message: &str) -> String {
-    let wanted = message.replacen("/msg/", "/", 1);
-    let mut text = own(&wanted).to_owned();
-    let mut parts = parts(&wanted);
+/// The definition of a message whose own fields these are, with those of all that they consist of.
+pub fn definition(fields: &str) -> String {
+    let mut text = fields.to_owned();
+    let mut parts = parts(fields);
     let mut next = 0;
     while let Some(&part) = parts.get(next) {
-        text += &format!("{SEPARATOR}{part}\n{}", own(part));
-        let new: Vec<&str> = self::parts(part).into_iter().filter(|new| !parts.contains(new)).collect();
+        let fields = own(part);
+        text += &format!("{SEPARATOR}{part}\n{fields}");
+        let new: Vec<&str> = self::parts(fields).into_iter().filter(|new| !parts.contains(new)).collect();
         parts.extend(new);
         next += 1;
     }
@@ -146,13 +109,13 @@ pub fn definition(message: &str) -> String {
 }
 
 fn own(wanted: &str) -> &'static str {
-    DEFINITIONS.iter().find(|(name, _)| *name == wanted).map_or("", |(_, fields)| fields)
+    PARTS.iter().find(|(name, _)| *name == wanted).map_or("", |(_, fields)| fields)
 }
 
-/// The types that the fields of one have, each once; not those that every language has.
-fn parts(wanted: &str) -> Vec<&'static str> {
+/// The types that fields have, each once; not those that every language has.
+fn parts(fields: &str) -> Vec<&str> {
     let mut parts = Vec::new();
-    for line in own(wanted).lines() {
+    for line in fields.lines() {
         let field_type = line.split(['[', ' ']).next().unwrap_or_default();
         if field_type.contains('/') && !parts.contains(&field_type) {
             parts.push(field_type);
@@ -164,6 +127,7 @@ fn parts(wanted: &str) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::export::ros::{Message, TfMessage};
 
     #[test]
     fn a_definition_brings_those_of_its_parts_each_once() {
@@ -178,14 +142,14 @@ mod tests {
              {SEPARATOR}geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n\
              {SEPARATOR}geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
         );
-        assert_eq!(definition("tf2_msgs/msg/TFMessage"), expected);
+        assert_eq!(definition(TfMessage::FIELDS), expected);
     }
 
     #[test]
     fn every_part_is_defined() {
-        for (name, fields) in DEFINITIONS {
+        for (name, fields) in PARTS {
             assert!(fields.ends_with('\n'), "{name}");
-            parts(name).into_iter().for_each(|part| assert_ne!(own(part), "", "{part} of {name}"));
+            parts(fields).into_iter().for_each(|part| assert_ne!(own(part), "", "{part} of {name}"));
         }
     }
 }

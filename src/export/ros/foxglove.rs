@@ -31,6 +31,9 @@ const CLEAR: [f64; 4] = [0.0; 4];
 
 impl Message for ImageAnnotations<'_> {
     const TYPE: &'static str = "foxglove_msgs/msg/ImageAnnotations";
+    const FIELDS: &'static str = "\
+        foxglove_msgs/CircleAnnotation[] circles\nfoxglove_msgs/PointsAnnotation[] points\n\
+        foxglove_msgs/TextAnnotation[] texts\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         // No circles.
@@ -89,6 +92,8 @@ pub struct SceneUpdate<'a> {
 
 impl Message for SceneUpdate<'_> {
     const TYPE: &'static str = "foxglove_msgs/msg/SceneUpdate";
+    const FIELDS: &'static str = "\
+        foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         // One deletion: ALL that are earlier.

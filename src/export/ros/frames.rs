@@ -23,6 +23,7 @@ pub struct TfMessage<'a>(pub &'a [TransformStamped<'a>]);
 
 impl Message for TfMessage<'_> {
     const TYPE: &'static str = "tf2_msgs/msg/TFMessage";
+    const FIELDS: &'static str = "geometry_msgs/TransformStamped[] transforms\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         cdr.sequence(self.0, |cdr, transform| {
@@ -41,6 +42,7 @@ pub struct Clock(pub u64);
 
 impl Message for Clock {
     const TYPE: &'static str = "rosgraph_msgs/msg/Clock";
+    const FIELDS: &'static str = "builtin_interfaces/Time clock\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         put_time(cdr, self.0);

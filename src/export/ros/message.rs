@@ -7,6 +7,8 @@ use std::io::Result;
 pub trait Message {
     /// Its type, as ROS 2 names it: `sensor_msgs/msg/Image`.
     const TYPE: &'static str;
+    /// Its fields in the language of `.msg` files, a line each.
+    const FIELDS: &'static str;
 
     /// Appends its fields in the order of its definition.
     ///
@@ -30,6 +32,8 @@ pub trait Message {
 pub struct Encoded {
     /// [`Message::TYPE`].
     pub message_type: &'static str,
+    /// [`Message::FIELDS`].
+    pub fields: &'static str,
     /// [`Message::encode`].
     pub bytes: Vec<u8>,
 }
@@ -40,7 +44,7 @@ impl Encoded {
     /// # Errors
     /// Those of [`Message::put`].
     pub fn of<M: Message>(message: &M) -> Result<Self> {
-        Ok(Self { message_type: M::TYPE, bytes: message.encode()? })
+        Ok(Self { message_type: M::TYPE, fields: M::FIELDS, bytes: message.encode()? })
     }
 }
 

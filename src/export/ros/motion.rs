@@ -21,6 +21,10 @@ pub struct Imu<'a> {
 
 impl Message for Imu<'_> {
     const TYPE: &'static str = "sensor_msgs/msg/Imu";
+    const FIELDS: &'static str = "\
+        std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+        geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+        geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         let [mut of_orientation, of_velocity, of_acceleration] = self.covariances;
@@ -56,6 +60,9 @@ pub struct NavSatFix<'a> {
 
 impl Message for NavSatFix<'_> {
     const TYPE: &'static str = "sensor_msgs/msg/NavSatFix";
+    const FIELDS: &'static str = "\
+        std_msgs/Header header\nsensor_msgs/NavSatStatus status\nfloat64 latitude\nfloat64 longitude\n\
+        float64 altitude\nfloat64[9] position_covariance\nuint8 position_covariance_type\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         self.header.put(cdr)?;
@@ -83,6 +90,7 @@ pub struct FluidPressure<'a> {
 
 impl Message for FluidPressure<'_> {
     const TYPE: &'static str = "sensor_msgs/msg/FluidPressure";
+    const FIELDS: &'static str = "std_msgs/Header header\nfloat64 fluid_pressure\nfloat64 variance\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         self.header.put(cdr)?;

@@ -32,6 +32,9 @@ fn datatype(column: &Column) -> Result<u8> {
 
 impl Message for PointCloud2<'_> {
     const TYPE: &'static str = "sensor_msgs/msg/PointCloud2";
+    const FIELDS: &'static str = "\
+        std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n\
+        bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n";
 
     fn put(&self, cdr: &mut Encoder) -> Result<()> {
         let columns = [&[Column::new("xyz", &[3], self.points.as_flattened())], self.columns].concat();

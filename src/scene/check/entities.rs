@@ -41,8 +41,11 @@ impl<'a> Check<'a> {
         if let Some(camera) = &e.camera {
             self.field("camera", |c| c.camera(camera));
         }
+        for (i, field) in e.sensors().enumerate() {
+            self.field(field, |c| c.sensor_field(i, e.name.is_some()));
+        }
         if let Some(sensor) = &e.sensor {
-            self.field("sensor", |c| c.sensor(sensor, e.name.is_some()));
+            self.field("sensor", |c| c.sensor(sensor));
         }
         if let Some(class) = &e.class {
             self.field("class", |c| c.known_class(class));

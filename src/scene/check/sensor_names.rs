@@ -37,12 +37,13 @@ impl<'a> Names<'a> {
     /// `thing`: the name of the one that the entity is on.
     fn entity(&mut self, entity: &'a Entity, at: &dyn Fn() -> Trail, thing: Option<&str>, is_at_top: bool) {
         let mounted = self.scene.rigs.of(entity);
-        if entity.sensor.is_none() && entity.children.is_empty() && mounted.is_empty() {
+        let sensor = entity.sensors().next();
+        if sensor.is_none() && entity.children.is_empty() && mounted.is_empty() {
             return;
         }
         let at = at();
-        if let (Some(_), Some(own)) = (&entity.sensor, &entity.name) {
-            self.note(thing, own, &at.field("sensor"));
+        if let (Some(field), Some(own)) = (sensor, &entity.name) {
+            self.note(thing, own, &at.field(field));
         }
         // One without a name is called by its number, which no other has.
         let own = entity.name.clone().unwrap_or_else(|| at.fault("").place);
@@ -79,7 +80,7 @@ impl<'a> Names<'a> {
 
     /// There, or below and on no other thing.
     fn has_sensor(&self, entity: &Entity) -> bool {
-        entity.sensor.is_some() || entity.children.iter().any(|child| self.has_sensor(child))
+        entity.sensors().next().is_some() || entity.children.iter().any(|child| self.has_sensor(child))
     }
 
     fn note(&mut self, thing: Option<&str>, own: &str, at: &Trail) {

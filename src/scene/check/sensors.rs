@@ -33,14 +33,21 @@ impl Check<'_> {
         }
     }
 
-    pub fn sensor(&mut self, Mounted(sensor): &Mounted, is_named: bool) {
+    /// Checks a field that makes the entity a sensor, of so many before it.
+    pub fn sensor_field(&mut self, before: usize, is_named: bool) {
         if !is_named {
             self.fault("expected the entity to have a name, by which outputs call the sensor");
         }
+        if before > 0 {
+            self.fault("expected one sensor: another is a child of the entity");
+        }
+    }
+
+    pub fn sensor(&mut self, Mounted(sensor): &Mounted) {
         let faults = sensor.faults();
         self.within(&faults);
-        if let SensorKind::Custom(name) = &sensor.kind {
-            self.fault(format_args!("expected a field {name:?} of the entity in its place"));
+        if matches!(sensor.kind, SensorKind::Custom { .. }) {
+            self.fault("expected a kind of the library; those that programs add are fields of entities");
         } else {
             let fits = sensor.check_in(self.scene.clock.step_seconds, self.scene.geo_origin.is_some());
             fits.unwrap_or_else(|message| self.fault(message));

@@ -11,6 +11,9 @@ use std::fmt;
 pub trait Value: Send + Sync {
     fn check(&self) -> Result<(), String>;
 
+    /// Name of the field, if it makes its entity a sensor.
+    fn sensor(&self) -> Option<&'static str>;
+
     /// The entity is that of the field, if it is one of entities.
     fn insert(&self, world: &mut World, entity: Entity);
 }
@@ -38,6 +41,11 @@ impl fmt::Debug for Custom {
 }
 
 impl Custom {
+    /// Names of the fields that make the entity a sensor.
+    pub fn sensors(&self) -> impl Iterator<Item = &'static str> {
+        self.fields.iter().filter_map(|field| field.value.as_ref()?.sensor())
+    }
+
     /// Puts the values of an entity's fields on it.
     pub fn insert(&self, world: &mut World, entity: Entity) {
         self.fields.iter().filter_map(|field| field.value.as_ref()).for_each(|value| value.insert(world, entity));

@@ -81,6 +81,13 @@ pub struct Entity {
 
 impl Described for Entity {}
 
+impl Entity {
+    /// Names of the fields that make it a sensor: at most one where it is as it should be.
+    pub fn sensors(&self) -> impl Iterator<Item = &'static str> {
+        self.sensor.iter().map(|_| "sensor").chain(self.custom.sensors())
+    }
+}
+
 /// By what serde derives, which is a function of that name.
 impl Serialize for Entity {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -55,6 +55,8 @@ use systems::describe::{Fault, Trail};
 pub trait EntityField: DeserializeOwned + Send + Sync + 'static {
     /// The field's name: an identifier that no other field of entities has.
     const NAME: &'static str;
+    /// True of a field that makes its entity a sensor, which has a name and no other such field.
+    const IS_SENSOR: bool = false;
 
     /// Checks that the value makes sense.
     ///
@@ -139,6 +141,10 @@ impl<T: EntityField> Value for OfEntity<T> {
         self.0.check()
     }
 
+    fn sensor(&self) -> Option<&'static str> {
+        T::IS_SENSOR.then_some(T::NAME)
+    }
+
     fn insert(&self, world: &mut World, entity: Entity) {
         self.0.insert(&mut world.entity_mut(entity));
     }
@@ -149,6 +155,10 @@ struct OfScene<T>(T);
 impl<T: SceneField> Value for OfScene<T> {
     fn check(&self) -> Result<(), String> {
         self.0.check()
+    }
+
+    fn sensor(&self) -> Option<&'static str> {
+        None
     }
 
     fn insert(&self, world: &mut World, _: Entity) {

@@ -1,6 +1,5 @@
 //! Captures: arrays and readings that sensors measured, the axes and poses that these have, and the labels of entities.
-//! Uses
-//! `systems`, and `export` for the forms of values.
+//! Uses `systems`, and `export` for the forms of values.
 
 pub(crate) mod axes;
 pub(crate) mod boxes;

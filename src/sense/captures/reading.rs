@@ -1,7 +1,7 @@
 //! Readings: what sensors without pictures measure, as records of named values.
 //!
-//! A record is a described struct: its fields have documentation and units. Files, `sensors.json`, Python and the window
-//! go by that, and know no kind of sensor.
+//! A record is a described struct: its fields have documentation and units. Files, `sensors.json`, Python and the
+//! window go by that, and know no kind of sensor.
 
 use crate::export::array::{Column, Values};
 use crate::export::ros::{Encoded, Header};
@@ -14,8 +14,12 @@ use systems::describe::{Described, Field, fields};
 
 /// A record of what a sensor measured.
 ///
-/// Attributes of a field, beside its documentation: `unit`, which `sensors.json` lists it by; `column`, the name of its
-/// column in files, of nanoseconds that become seconds there; false for none.
+/// Attributes of a field (`#[schemars(extend(…))]`), beside its documentation:
+///
+/// - `"unit"`: its unit in words, for `sensors.json`, which lists the fields that have one.
+/// - `"column" = false`: files have no column of it.
+/// - `"seconds" = "time"`: it is nanoseconds, u64; files have a column of that name, in seconds.
+/// - `"shown" = "offset {3} m"`: its line in the window, with so many decimals.
 pub trait Record: Described + Clone + PartialEq + Debug + Send + Sync {
     /// Last part of its topic in logs of ROS 2; `None`: these have no message of it.
     const TOPIC: Option<&'static str> = None;
@@ -84,16 +88,22 @@ impl Reading {
         held.map(|field| OwnedColumn::new(&field, records.iter().map(|record| &record[field.name]))).collect()
     }
 
-    /// Its values with their units, a line each.
+    /// Its values in the window, a line for each field that is shown; of a list its length.
     pub fn text(&self) -> String {
-        let Ok(records) = self.values() else { return String::new() };
-        let [record] = &records[..] else { return format!("{} found", records.len()) };
-        if record["valid"] == false {
-            return "not known".to_owned();
+        let (fields, records) = (self.fields(), self.values().unwrap_or_default());
+        let line = |field: &Field| {
+            let (before, rest) = field.schema["shown"].as_str()?.split_once('{')?;
+            let (decimals, after) = rest.split_once('}')?;
+            let value = rounded(records.first()?.get(field.name)?, decimals.parse().ok()?);
+            Some(format!("{before}{value}{after}"))
+        };
+        let lines: Vec<String> = fields.iter().filter_map(line).collect();
+        match &records[..] {
+            [] => "nothing".to_owned(),
+            [record] if record["valid"] == false => "not known".to_owned(),
+            [_] if !lines.is_empty() => lines.join("\n"),
+            records => format!("{} found", records.len()),
         }
-        let shown = self.fields().into_iter().filter(|field| !field.unit().is_empty());
-        let line = |field: Field| format!("{} {} {}", field.name, rounded(&record[field.name]), field.unit());
-        shown.map(line).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -103,15 +113,11 @@ impl PartialEq for Reading {
     }
 }
 
-/// Seven digits of a number.
-fn rounded(value: &Value) -> String {
+/// A number with so many decimals, or several.
+fn rounded(value: &Value, decimals: usize) -> String {
     match value {
-        Value::Array(items) => items.iter().map(rounded).collect::<Vec<_>>().join(", "),
-        Value::Number(number) if number.is_f64() => {
-            let number = number.as_f64().unwrap_or_default();
-            let digits = 6 - (number.abs().max(1.0).log10() as usize).min(6);
-            format!("{number:.digits$}")
-        }
+        Value::Array(items) => items.iter().map(|item| rounded(item, decimals)).collect::<Vec<_>>().join(", "),
+        Value::Number(number) if number.is_f64() => format!("{:.decimals$}", number.as_f64().unwrap_or_default()),
         other => other.to_string(),
     }
 }
@@ -153,7 +159,7 @@ impl<T: Record> Records for Vec<T> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedColumn {
     name: &'static str,
-    /// Of the values that one record has.
+    /// Shape of the values that one record has.
     shape: Vec<usize>,
     values: OwnedValues,
 }
@@ -166,27 +172,32 @@ enum OwnedValues {
 }
 
 impl OwnedColumn {
-    /// By the schema of the field; JSON's null is not a number.
+    /// Column of a field, by its schema. JSON's null is a number that is none.
     fn new<'a>(field: &Field, records: impl Iterator<Item = &'a Value>) -> Result<Self> {
         let schema = field.schema;
         let shape = schema["minItems"].as_u64().map(|count| count as usize).into_iter().collect();
         let one = if schema["items"].is_object() { &schema["items"] } else { schema };
         let flat = records.flat_map(|value| value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice));
         let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-        let values = match (one["type"].as_str(), one["format"].as_str()) {
-            (Some("boolean"), _) => OwnedValues::U8(flat.map(|value| u8::from(*value == true)).collect()),
-            (_, Some("uint8")) => OwnedValues::U8(flat.map(|value| number(value) as u8).collect()),
-            (_, Some("uint32")) => OwnedValues::U32(flat.map(|value| number(value) as u32).collect()),
-            (_, Some("uint64")) => OwnedValues::F64(flat.map(|value| number(value) * 1e-9).collect()),
-            (Some("number"), _) => OwnedValues::F64(flat.map(number).collect()),
-            (kind, format) => {
-                let found = format.or(kind).unwrap_or("nothing");
-                let expected =
-                    "a truth value, u8, u32, nanoseconds as u64, a number, or as many of these as in the others";
-                return Err(Error::other(format!("{}: expected {expected}, found {found}", field.name)));
+        // One that may be null has two types.
+        let kind = one["type"].as_str().or(one["type"][0].as_str().filter(|kind| *kind == "number"));
+        let seconds = schema["seconds"].as_str();
+        let values = match (kind, one["format"].as_str(), seconds) {
+            (Some("integer"), Some("uint64"), Some(_)) => {
+                OwnedValues::F64(flat.map(|value| number(value) * 1e-9).collect())
+            }
+            (Some("boolean"), _, None) => OwnedValues::U8(flat.map(|value| u8::from(*value == true)).collect()),
+            (Some("integer"), Some("uint8"), None) => OwnedValues::U8(flat.map(|value| number(value) as u8).collect()),
+            (Some("integer"), Some("uint32"), None) => {
+                OwnedValues::U32(flat.map(|value| number(value) as u32).collect())
+            }
+            (Some("number"), _, None) => OwnedValues::F64(flat.map(number).collect()),
+            _ => {
+                let expected = "bool, u8, u32, f32, f64 or an array of these, or nanoseconds as u64";
+                return Err(Error::other(format!("{}: expected {expected}, found {}", field.name, one["type"])));
             }
         };
-        Ok(Self { name: schema["column"].as_str().unwrap_or(field.name), shape, values })
+        Ok(Self { name: seconds.unwrap_or(field.name), shape, values })
     }
 
     /// The column.
@@ -197,5 +208,69 @@ impl OwnedColumn {
             OwnedValues::F64(values) => Values::F64(values),
         };
         Column { name: self.name, shape: &self.shape, values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use schemars::JsonSchema;
+    use serde::{Deserialize, Serialize};
+
+    #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+    struct Weather {
+        valid: bool,
+        #[schemars(extend("seconds" = "time"))]
+        nanoseconds: u64,
+        station: u32,
+        #[schemars(extend("shown" = "wind {1} m/s"))]
+        wind: [f64; 2],
+        gust: Option<f64>,
+        #[schemars(extend("column" = false))]
+        sigma: f32,
+    }
+
+    impl Described for Weather {}
+    impl Record for Weather {}
+
+    #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+    struct Count {
+        count: u64,
+    }
+
+    impl Described for Count {}
+    impl Record for Count {}
+
+    #[test]
+    fn columns_have_the_types_and_the_order_of_fields() {
+        let first =
+            Weather { valid: true, nanoseconds: 1_500_000_000, station: 7, wind: [1.0, -2.5], ..Weather::default() };
+        let second = Weather { gust: Some(9.0), ..Weather::default() };
+        let columns = Reading::new("weather", vec![first, second]).columns().expect("columns");
+        let named: Vec<_> = columns.iter().map(|column| (column.name, column.shape.clone())).collect();
+        let expected = [("valid", vec![]), ("time", vec![]), ("station", vec![]), ("wind", vec![2]), ("gust", vec![])];
+        assert_eq!(named, expected);
+        assert_eq!(columns[0].values, OwnedValues::U8(vec![1, 0]));
+        assert_eq!(columns[1].values, OwnedValues::F64(vec![1.5, 0.0]));
+        assert_eq!(columns[2].values, OwnedValues::U32(vec![7, 0]));
+        assert_eq!(columns[3].values, OwnedValues::F64(vec![1.0, -2.5, 0.0, 0.0]));
+        assert!(matches!(&columns[4].values, OwnedValues::F64(gusts) if gusts[0].is_nan() && gusts[1] == 9.0));
+        let none = Reading::new("weather", Vec::<Weather>::new()).columns().expect("columns without records");
+        assert_eq!((none.len(), &none[2].values), (5, &OwnedValues::U32(vec![])));
+    }
+
+    #[test]
+    fn a_number_that_is_no_time_is_not_taken_for_one() {
+        let error = Reading::new("count", vec![Count { count: 5 }]).columns().expect_err("no column holds it");
+        assert!(error.to_string().starts_with("count: expected bool, u8, u32, f32, f64"), "{error}");
+    }
+
+    #[test]
+    fn text_has_the_fields_that_are_shown() {
+        let text = |records| Reading::new("weather", records).text();
+        let known = Weather { valid: true, wind: [1.25, -2.0], ..Weather::default() };
+        assert_eq!(text(vec![known.clone()]), "wind 1.2, -2.0 m/s");
+        assert_eq!([text(vec![]), text(vec![Weather::default()])], ["nothing", "not known"]);
+        assert_eq!(text(vec![known.clone(), known]), "2 found");
     }
 }

@@ -13,7 +13,7 @@ use systems::sensors::{BarometerSensor, GeoOrigin};
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct BarometerCapture {
     /// Static pressure of the air, Pa.
-    #[schemars(extend("unit" = "Pa"))]
+    #[schemars(extend("unit" = "Pa", "shown" = "{1} Pa"))]
     pub pressure: f64,
     /// Standard deviation of what noise adds, Pa.
     #[schemars(extend("column" = false))]

@@ -25,7 +25,6 @@ impl Record for Collision {}
 
 impl ReadingSensor for CollisionSensor {
     const KIND: &'static str = "collision";
-    const FILE: &'static str = "collisions";
     type Record = Collision;
 
     fn measure(&self, at: &mut Measuring<'_>) -> Vec<Collision> {

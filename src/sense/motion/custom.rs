@@ -2,9 +2,10 @@
 
 use super::kind::{AnyReadingSensor, ReadingSensor};
 use crate::scene::{EntityField, SceneFields, read_with_rate};
+use crate::sense::captures::reading::Record;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Deserializer};
-use systems::describe::check;
+use systems::describe::{check, schema};
 use systems::run::state::StateList;
 use systems::sensors::{Rate, Sensor, SensorKind};
 
@@ -12,9 +13,13 @@ use systems::sensors::{Rate, Sensor, SensorKind};
 /// kind's name: its settings, with `every` and `phase` among them. They are state of the world, as a component.
 ///
 /// # Panics
-/// If the world has a field of entities or a component of state of that name.
+/// If a kind, a field of entities or a component of state has that name; if it asks for more than two earlier poses.
 pub fn add_sensor_kind<T: ReadingSensor + Component>(world: &mut World) {
-    world.resource_mut::<StateList>().add_component::<T>(T::KIND);
+    let known = schema::<SensorKind>()["oneOf"].as_array().into_iter().flatten();
+    let mut names = known.filter_map(|kind| kind["properties"].as_object()).flat_map(|kinds| kinds.keys());
+    assert!(names.all(|name| name != T::KIND), "{} is a kind of sensor already", T::KIND);
+    assert!(T::POSES_BEFORE <= 2, "{}: expected at most 2 earlier poses, found {}", T::KIND, T::POSES_BEFORE);
+    world.resource_mut::<StateList>().add_checked_component::<T>(T::KIND, |settings| check(settings).is_ok());
     world.get_resource_or_init::<SceneFields>().register::<CustomSensor<T>>();
     let known = Known { name: T::KIND, poses_before: T::POSES_BEFORE, settings: settings::<T> };
     world.get_resource_or_init::<CustomSensors>().0.push(known);
@@ -34,7 +39,8 @@ pub struct CustomSensor<T: ReadingSensor + Component> {
 impl<T: ReadingSensor + Component> CustomSensor<T> {
     /// A sensor that is due at a rate.
     pub fn new(settings: T, Rate { every, phase }: Rate) -> Self {
-        Self { sensor: Sensor { kind: SensorKind::Custom(T::KIND.to_owned()), every, phase }, settings }
+        let kind = SensorKind::Custom { name: T::KIND.to_owned(), has_messages: T::Record::TOPIC.is_some() };
+        Self { sensor: Sensor { kind, every, phase }, settings }
     }
 }
 
@@ -47,6 +53,7 @@ impl<'de, T: ReadingSensor + Component> Deserialize<'de> for CustomSensor<T> {
 
 impl<T: ReadingSensor + Component> EntityField for CustomSensor<T> {
     const NAME: &'static str = T::KIND;
+    const IS_SENSOR: bool = true;
 
     fn check(&self) -> Result<(), String> {
         let rate = self.sensor.faults().into_iter().next().map_or(Ok(()), Err);

@@ -18,18 +18,18 @@ pub struct GnssCapture {
     /// True if the place of the scene on Earth is known. If not, all is 0.
     pub valid: bool,
     /// Degrees, WGS 84.
-    #[schemars(extend("unit" = "degrees, WGS 84"))]
+    #[schemars(extend("unit" = "degrees, WGS 84", "shown" = "{7}°"))]
     pub latitude: f64,
     /// Degrees, WGS 84.
-    #[schemars(extend("unit" = "degrees, WGS 84"))]
+    #[schemars(extend("unit" = "degrees, WGS 84", "shown" = "{7}°"))]
     pub longitude: f64,
     /// Metres above the ellipsoid.
-    #[schemars(extend("unit" = "metres above the ellipsoid"))]
+    #[schemars(extend("unit" = "metres above the ellipsoid", "shown" = "{2} m"))]
     pub altitude: f64,
     /// True if the place of the sensor when it was due before is known. If not, the velocity is 0.
     pub has_velocity: bool,
     /// To the east, north and up, m/s; the mean since the sensor was due before.
-    #[schemars(with = "[f64; 3]", extend("unit" = "m/s to the east, north, up"))]
+    #[schemars(with = "[f64; 3]", extend("unit" = "m/s to the east, north, up", "shown" = "{2} m/s"))]
     pub velocity: DVec3,
     /// Standard deviations of what noise adds, metres: to the east and to the north, and upward.
     #[schemars(extend("column" = false))]
@@ -53,7 +53,6 @@ impl Record for GnssCapture {
 impl ReadingSensor for GnssSensor {
     const KIND: &'static str = "gnss";
     const POSES_BEFORE: usize = 1;
-    const LACK: &'static str = "it has no velocity";
     type Record = GnssCapture;
 
     fn measure(&self, at: &mut Measuring<'_>) -> Vec<GnssCapture> {

@@ -18,13 +18,13 @@ pub struct ImuCapture {
     /// True if the places of the sensor at the last two times that it was due are known. If not, all is 0.
     pub valid: bool,
     /// Nanoseconds of the clock of which the reading is.
-    #[schemars(extend("column" = "time"))]
+    #[schemars(extend("seconds" = "time"))]
     pub nanoseconds: u64,
     /// Acceleration against free fall, m/s²: (0, 0, 9.81) at rest on level ground.
-    #[schemars(with = "[f64; 3]", extend("unit" = "m/s^2, against free fall"))]
+    #[schemars(with = "[f64; 3]", extend("unit" = "m/s^2, against free fall", "shown" = "{3} m/s²"))]
     pub specific_force: DVec3,
     /// About its axes, rad/s.
-    #[schemars(with = "[f64; 3]", extend("unit" = "rad/s"))]
+    #[schemars(with = "[f64; 3]", extend("unit" = "rad/s", "shown" = "{4} rad/s"))]
     pub angular_velocity: DVec3,
     /// Standard deviations of what noise adds, on each axis: of the specific force, m/s², and of the angular velocity,
     /// rad/s. A density n becomes n/√s of readings s seconds apart (Kalibr's "IMU noise model").

@@ -3,7 +3,6 @@
 //! The library's own are those of [`SensorKind`]; a program adds others ([`super::custom`]). All else asks here, and
 //! knows no kind by name.
 
-use super::built_in;
 use super::custom::CustomSensors;
 use crate::sense::captures::label_table::LabelTable;
 use crate::sense::captures::pose::Pose;
@@ -20,12 +19,8 @@ use systems::sensors::{Sensor, SensorKind};
 pub trait ReadingSensor: Described + Clone + Send + Sync {
     /// Name of the kind, in scene files and outputs.
     const KIND: &'static str;
-    /// Beginning of the names of its files.
-    const FILE: &'static str = Self::KIND;
-    /// Number of earlier captures whose poses it measures by, at most 2.
+    /// Number of earlier captures whose poses it measures by: 0, 1 or 2.
     const POSES_BEFORE: usize = 0;
-    /// Lack of a reading where earlier poses are not known, for warnings: `it has no velocity`.
-    const LACK: &'static str = "its reading is not valid";
     /// Record that it measures.
     type Record: Record;
 
@@ -61,10 +56,8 @@ pub struct Measuring<'a> {
 /// Settings of some kind.
 pub(crate) trait AnyReadingSensor {
     fn kind(&self) -> &'static str;
-    fn file(&self) -> &'static str;
     fn topic(&self) -> Option<&'static str>;
     fn poses_before(&self) -> usize;
-    fn lack(&self) -> &'static str;
     fn fields(&self) -> Vec<Field>;
     fn record_schema(&self) -> &'static Value;
     /// The settings as an object of JSON.
@@ -79,20 +72,12 @@ impl<T: ReadingSensor> AnyReadingSensor for T {
         T::KIND
     }
 
-    fn file(&self) -> &'static str {
-        T::FILE
-    }
-
     fn topic(&self) -> Option<&'static str> {
         T::Record::TOPIC
     }
 
     fn poses_before(&self) -> usize {
         T::POSES_BEFORE
-    }
-
-    fn lack(&self) -> &'static str {
-        T::LACK
     }
 
     fn fields(&self) -> Vec<Field> {
@@ -119,10 +104,22 @@ impl<T: ReadingSensor> AnyReadingSensor for T {
     }
 }
 
+/// Settings of a sensor of the library's kinds; `None` of cameras, lidars, and kinds that a program adds.
+pub(crate) fn built_in(kind: &SensorKind) -> Option<&dyn AnyReadingSensor> {
+    match kind {
+        SensorKind::Imu(settings) => Some(settings),
+        SensorKind::Gnss(settings) => Some(settings),
+        SensorKind::Collision(settings) => Some(settings),
+        SensorKind::Lane(settings) => Some(settings),
+        SensorKind::Barometer(settings) => Some(settings),
+        SensorKind::Camera(_) | SensorKind::Lidar(_) | SensorKind::Custom { .. } => None,
+    }
+}
+
 /// Settings of a sensor without pictures; `None` of cameras and lidars, and of a kind that the program does not add.
 pub(crate) fn settings<'a>(world: &'a World, entity: Entity, sensor: &'a Sensor) -> Option<&'a dyn AnyReadingSensor> {
     match &sensor.kind {
-        SensorKind::Custom(name) => world.get_resource::<CustomSensors>()?.settings(name, world, entity),
+        SensorKind::Custom { name, .. } => world.get_resource::<CustomSensors>()?.settings(name, world, entity),
         kind => built_in(kind),
     }
 }
@@ -131,14 +128,25 @@ pub(crate) fn settings<'a>(world: &'a World, entity: Entity, sensor: &'a Sensor)
 pub(crate) fn poses_before(world: &World, kind: &SensorKind) -> usize {
     match kind {
         SensorKind::Lidar(lidar) => lidar.sweep.into(),
-        SensorKind::Custom(name) => world.get_resource::<CustomSensors>().map_or(0, |known| known.poses_before(name)),
-        kind => built_in(kind).map_or(0, AnyReadingSensor::poses_before),
+        SensorKind::Custom { name, .. } => {
+            world.get_resource::<CustomSensors>().map_or(0, |known| known.poses_before(name))
+        }
+        kind => poses_needed(kind),
     }
 }
 
-/// Lack of a reading of the library's kinds where earlier poses are not known; `None` where it measures without.
-pub fn lack(kind: &SensorKind) -> Option<&'static str> {
-    built_in(kind).filter(|own| own.poses_before() > 0).map(AnyReadingSensor::lack)
+/// Number of earlier poses that a kind of the library measures by.
+pub fn poses_needed(kind: &SensorKind) -> usize {
+    built_in(kind).map_or(0, AnyReadingSensor::poses_before)
+}
+
+/// Tells if logs of ROS 2 have messages of a kind.
+pub(crate) fn has_messages(kind: &SensorKind) -> bool {
+    match kind {
+        SensorKind::Camera(_) | SensorKind::Lidar(_) => true,
+        SensorKind::Custom { has_messages, .. } => *has_messages,
+        kind => built_in(kind).is_some_and(|own| own.topic().is_some()),
+    }
 }
 
 /// Name of a kind, as scene files have it.
@@ -146,7 +154,7 @@ pub fn kind_name(kind: &SensorKind) -> &str {
     match kind {
         SensorKind::Camera(_) => "camera",
         SensorKind::Lidar(_) => "lidar",
-        SensorKind::Custom(name) => name,
+        SensorKind::Custom { name, .. } => name,
         kind => built_in(kind).map_or("", AnyReadingSensor::kind),
     }
 }
@@ -156,8 +164,8 @@ pub(crate) fn file_name(kind: &SensorKind) -> &str {
     match kind {
         SensorKind::Camera(_) => "",
         SensorKind::Lidar(_) => "points",
-        SensorKind::Custom(name) => name,
-        kind => built_in(kind).map_or("", AnyReadingSensor::file),
+        SensorKind::Collision(_) => "collisions",
+        kind => kind_name(kind),
     }
 }
 

@@ -20,7 +20,7 @@ impl ReadingSensor for LaneSensor {
     const KIND: &'static str = "lane";
     type Record = LaneReading;
 
-    /// Of the route that its vehicle follows, or else of the nearest.
+    /// Measures in the lane of the route that its vehicle follows, or else of the nearest.
     fn measure(&self, at: &mut Measuring<'_>) -> Vec<LaneReading> {
         let (world, pose) = (at.world, at.pose);
         let vehicle = vehicle_of(world, at.entity);

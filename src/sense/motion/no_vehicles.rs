@@ -19,7 +19,6 @@ impl ReadingSensor for LaneSensor {
 
 impl ReadingSensor for CollisionSensor {
     const KIND: &'static str = "collision";
-    const FILE: &'static str = "collisions";
     type Record = Collision;
 
     fn measure(&self, _: &mut Measuring<'_>) -> Vec<Collision> {

@@ -6,6 +6,7 @@ use crate::sense::camera::capture::CameraPlan;
 use crate::sense::camera::lens_map::LensMaps;
 use crate::sense::captures::capture::FirstColumn;
 use crate::sense::captures::pose::Pose;
+use crate::sense::motion::kind::settings;
 use crate::sense::motion::place;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3};
@@ -40,6 +41,10 @@ impl Due {
     pub(super) fn of(world: &World, entity: Entity, step: u64) -> Option<Self> {
         let (sensor, place) = (world.get::<Sensor>(entity)?, world.get::<GlobalTransform>(entity)?);
         // What is no picture is of the state, rather than of where things are drawn.
+        if matches!(sensor.kind, SensorKind::Custom { .. }) {
+            // Settings that a program took away leave nothing to measure by.
+            settings(world, entity, sensor)?;
+        }
         let is_drawn = matches!(sensor.kind, SensorKind::Camera(_) | SensorKind::Lidar(_));
         let now = if is_drawn { Pose::of(place) } else { place::pose(world, entity) };
         Some(Self {

@@ -10,8 +10,8 @@ use crate::tools::error::ToolError;
 use std::io;
 use std::process::Command;
 
-/// Makes the command that measures a grid in a process of its own. It prints the [`Measurement`] as a line of JSON, or `error: ` and
-/// why not.
+/// Makes the command that measures a grid in a process of its own. It prints the [`Measurement`] as a line of JSON, or
+/// `error: ` and why not.
 pub type Launch<'a> = &'a dyn Fn(&BenchJob) -> io::Result<Command>;
 
 /// A yard.
