@@ -183,6 +183,17 @@ def test_a_run_is_recorded_and_replayed(road, tmp_path):
         relief.replay(path)
 
 
+def test_an_old_recording_does_not_end_a_new_one(road, tmp_path):
+    old = road.record(tmp_path / "old.rec")
+    old.close()
+    road.reload()
+    with road.record(tmp_path / "new.rec"):
+        road.step(10)
+        old.close()
+        road.step(10)
+    assert relief.replay(tmp_path / "new.rec").steps == 20
+
+
 def test_a_run_is_reset(road):
     begun = road.hash()
     road.spawn_vehicle("car", at=(50, 0, 0))

@@ -18,7 +18,7 @@ use systems::assets::{Library, Technique, all_bounds};
 use systems::draw::View;
 use systems::ecs::clock::{Clock, SPEEDS};
 use systems::lights::Light;
-use systems::run::inputs::Input;
+use systems::run::inputs::{Input, Inputs};
 use systems::run::registry::StateId;
 use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl, push_for};
 use systems::sensors::Sensor;
@@ -117,7 +117,11 @@ impl Viewer {
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
-            Command::NextMeshVariant => self.keep(|session| session.apply(NextMeshVariant)),
+            // A replay drops it.
+            Command::NextMeshVariant => self.keep(|session| {
+                session.simulation.world.resource_mut::<Inputs>().push(NextMeshVariant);
+                session.apply_inputs()
+            }),
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
             Command::ToggleShadows => {

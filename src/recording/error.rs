@@ -3,6 +3,7 @@
 use crate::output::OutputError;
 use crate::scene::SceneError;
 use std::path::{Path, PathBuf};
+use systems::run::state::StateError;
 
 /// Error of recording, replaying or continuing a run.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +36,12 @@ pub enum RecordingError {
     /// A call that the run as it is does not allow.
     #[error("{0}")]
     Misused(&'static str),
+    /// A state that a world of the scene does not take.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A state that no snapshot can hold.
+    #[error("the state exceeds 4 GB")]
+    TooLong,
     /// The scene cannot be read again.
     #[error(transparent)]
     Scene(#[from] SceneError),

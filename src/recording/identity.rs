@@ -100,6 +100,12 @@ impl Identity {
         Ok(())
     }
 
+    /// Name of the first file that is another, or only there, in `now`.
+    pub(crate) fn changed_file<'a>(&'a self, now: &'a Self) -> Option<&'a str> {
+        let mut names = self.files.keys().chain(now.files.keys());
+        names.find(|name| self.files.get(*name) != now.files.get(*name)).map(String::as_str)
+    }
+
     /// The scene's own name among its files.
     fn scene_name(&self) -> String {
         Path::new(&self.scene).file_name().unwrap_or_default().to_string_lossy().into_owned()

@@ -30,6 +30,11 @@ impl RunFiles {
         [&self.save_snapshot, &self.record, &self.hash].into_iter().flatten().map(PathBuf::as_path)
     }
 
+    /// Tells if the run is kept in, or begins from, a file that belongs to the scene.
+    pub(crate) fn need_identity(&self) -> bool {
+        self.record.is_some() || self.from_snapshot.is_some() || self.replay.is_some()
+    }
+
     /// Refuses to write a file that is read, or two things to the same file. `read`: files that the scene is made from.
     pub(crate) fn refuse_overwriting(&self, read: &[PathBuf]) -> Result<(), RecordingError> {
         // A snapshot may take the place of the one before, which has been read by then.

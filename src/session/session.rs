@@ -6,6 +6,7 @@ use crate::output;
 use crate::recording::{Identity, Recorder, Recording, RecordingError, RunFiles, Snapshot};
 use crate::scene::{LoadedScene, SceneError, Template};
 use crate::viewpoint::Viewpoint;
+use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use std::fs::File;
 use std::io::Write;
@@ -14,6 +15,7 @@ use std::sync::{Arc, OnceLock};
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::inputs::{Input, Inputs};
+use systems::run::registry::EntityRegistry;
 use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, snapshot, state_hash};
@@ -33,8 +35,9 @@ pub struct Session {
     source: Source,
     /// Over the scene's own.
     seed: Option<u64>,
-    /// Identity of the scene, from its files when they were first read for it; of all sessions of a template.
-    identity: Arc<OnceLock<Identity>>,
+    /// Identity of the scene, from its files when they were first read for it; of all sessions of a template. `None`:
+    /// they could not be read when a run began.
+    identity: Arc<OnceLock<Option<Identity>>>,
     hashes: Option<(PathBuf, File)>,
     recorder: Option<Recorder>,
     recording: Option<Recording>,
@@ -86,18 +89,48 @@ impl Session {
         }
     }
 
-    /// Another session of the scene as it begins. `seed`: in the place of this one's.
+    /// Another session of the scene as it begins, seen from where this one is. `seed`: in the place of this one's.
     ///
     /// # Errors
     /// [`RecordingError::Scene`]: a file that was loaded cannot be read any more. Worlds of a template cannot fail.
     pub fn fresh(&self, seed: Option<u64>) -> Result<Self, RecordingError> {
         let seed = seed.or(self.seed);
-        match &self.source {
-            Source::File(options) => Ok(Self::load(&self.path, &LoadOptions { seed, ..options.clone() })?),
-            Source::Template(template) => {
-                Ok(Self { identity: self.identity.clone(), ..Self::of(template.clone(), seed) })
-            }
+        let other = match &self.source {
+            Source::File(options) => Self::load(&self.path, &LoadOptions { seed, ..options.clone() })?,
+            Source::Template(template) => Self { identity: self.identity.clone(), ..Self::of(template.clone(), seed) },
+        };
+        Ok(other.seen_like(self))
+    }
+
+    /// The same of a scene that is still what it was when its identity was read.
+    fn unchanged(&self, seed: Option<u64>) -> Result<Self, RecordingError> {
+        if let Source::Template(_) = &self.source {
+            return self.fresh(seed);
         }
+        let own = self.identity()?;
+        let other = self.fresh(seed)?;
+        match own.changed_file(&other.identity()?) {
+            Some(name) => Err(RecordingError::refused(&self.path, format!("{name} has changed since it was loaded"))),
+            None => Ok(other),
+        }
+    }
+
+    /// Seen from where another session of the scene is, if that is there.
+    fn seen_like(mut self, other: &Self) -> Self {
+        let (own, others) = (&self.simulation.world, &other.simulation.world);
+        let by_id = |entity| {
+            let id = others.resource::<EntityRegistry>().id(entity)?;
+            let found = own.resource::<EntityRegistry>().entity(id)?;
+            (own.get_entity(found).is_ok() && own.get::<Name>(found) == others.get::<Name>(entity)).then_some(found)
+        };
+        // In a scene that has changed.
+        let by_name = |entity| {
+            let (wanted, _) = other.scene.cameras.iter().find(|(_, camera)| *camera == entity)?;
+            self.scene.cameras.iter().find(|(name, _)| name == wanted).map(|(_, camera)| *camera)
+        };
+        let seen = other.viewpoint.at_another(|entity| by_id(entity).or_else(|| by_name(entity)));
+        self.viewpoint = seen.unwrap_or(self.viewpoint);
+        self
     }
 
     /// Another session of the scene, whose files are read anew.
@@ -106,29 +139,35 @@ impl Session {
     /// [`RecordingError::Scene`]; [`RecordingError::Misused`] while the run is kept.
     pub fn reloaded(&self) -> Result<Self, RecordingError> {
         self.refuse_while_kept()?;
-        match &self.source {
-            Source::File(_) => self.fresh(None),
+        let other = match &self.source {
+            Source::File(_) => self.fresh(None)?,
             Source::Template(template) => {
                 let read = Template::load_with(&self.path, template.overrides())?;
-                Ok(Self::of(Arc::new(read), self.seed))
+                Self::of(Arc::new(read), self.seed).seen_like(self)
             }
-        }
+        };
+        Ok(Self { warnings: self.warnings.clone(), ..other })
     }
 
     /// Another session of the scene in the same state.
     ///
     /// # Errors
-    /// Those of [`Self::fresh`].
+    /// Those of [`Self::fresh`]; [`RecordingError::Refused`]: a file has changed since [`Self::identity`] read it.
     pub fn fork(&mut self) -> Result<Self, RecordingError> {
         let state = snapshot::save(&mut self.simulation.world);
-        self.fresh(None)?.with_state(&state)
+        Ok(self.unchanged(None)?.with_state(&state)?.seen_like(self))
     }
 
     /// The same with a state that a world of the scene had.
     fn with_state(mut self, state: &[u8]) -> Result<Self, RecordingError> {
-        let restored = snapshot::restore(&mut self.simulation.world, state);
-        restored.map_err(|error| RecordingError::refused(Path::new(SNAPSHOT), error))?;
+        snapshot::restore(&mut self.simulation.world, state)?;
         Ok(self)
+    }
+
+    /// Goes on as another session of the scene, with the warnings that nobody has taken yet.
+    fn go_on_as(&mut self, other: Self) {
+        let warnings = std::mem::take(&mut self.warnings);
+        *self = Self { warnings, ..other.seen_like(self) };
     }
 
     /// Begins the run anew: the world is another, without what was spawned. `seed`: in the place of this one's.
@@ -137,14 +176,15 @@ impl Session {
     /// Those of [`Self::fresh`]; [`RecordingError::Misused`] while the run is kept.
     pub fn reset(&mut self, seed: Option<u64>) -> Result<(), RecordingError> {
         self.refuse_while_kept()?;
-        *self = self.fresh(seed)?;
+        self.go_on_as(self.fresh(seed)?);
         Ok(())
     }
 
     /// A recording tells of one run from beginning to end.
     fn refuse_while_kept(&self) -> Result<(), RecordingError> {
-        let is_kept = self.is_replay() || self.recorder.is_some() || self.hashes.is_some();
-        let message = "not while the run is recorded or replayed";
+        let is_written = self.recorder.is_some() || self.hashes.is_some();
+        let message = "not while the run is recorded or replayed, or hashes of its states are written or expected";
+        let is_kept = is_written || self.is_replay() || !self.states.is_empty();
         if is_kept { Err(RecordingError::Misused(message)) } else { Ok(()) }
     }
 
@@ -156,15 +196,22 @@ impl Session {
     /// Identity that recordings and snapshots of this run belong to. Reads the scene's files at the first call.
     ///
     /// # Errors
-    /// Those of [`Identity::of`].
+    /// Those of [`Identity::of`]; the files could not be read when the run began.
     pub fn identity(&self) -> Result<Identity, RecordingError> {
-        let identity = match self.identity.get() {
-            Some(identity) => identity.clone(),
+        self.identity_for(&self.path)
+    }
+
+    /// The same for a file, which a refusal names.
+    fn identity_for(&self, path: &Path) -> Result<Identity, RecordingError> {
+        let known = match self.identity.get() {
+            Some(known) => known,
             None => {
                 let read = Identity::of(&self.path, &self.scene.files, &self.simulation)?;
-                self.identity.get_or_init(|| read).clone()
+                self.identity.get_or_init(|| Some(read))
             }
         };
+        let refused = || RecordingError::refused(path, "the scene's files could not be read when the run began");
+        let identity = known.clone().ok_or_else(refused)?;
         Ok(Identity { seed: self.simulation.world.resource::<Seed>().0, ..identity })
     }
 
@@ -185,42 +232,52 @@ impl Session {
     /// before the step `from`, if one is asked for, and opens what is to be written.
     ///
     /// # Errors
-    /// [`RecordingError`].
+    /// [`RecordingError`]: nothing is kept then, but the state may be another; [`RecordingError::Misused`] while the
+    /// run is kept already.
     pub fn begin(&mut self, files: &RunFiles, from: u64) -> Result<(), RecordingError> {
+        self.refuse_while_kept()?;
         files.refuse_overwriting(&self.scene.files)?;
         // Before anything is begun: one of them comes after the last frame.
         files.written().try_for_each(output::check_folder)?;
         files.save_snapshot.as_deref().map_or(Ok(()), output::check_file)?;
-        self.states.clone_from(&files.states);
         // Where nothing needs it yet, too: files may change while the run goes on.
-        _ = self.identity();
-        if let Some(path) = &files.replay {
-            self.replay(path, from)?;
+        match self.identity() {
+            Err(error) if files.need_identity() => return Err(error),
+            Err(_) => _ = self.identity.set(None),
+            Ok(_) => {}
         }
+        let recording = files.replay.as_ref().map(|path| self.replay(path, from)).transpose()?;
         if let Some(path) = &files.from_snapshot {
             let identity = self.identity()?;
             Snapshot::read(path)?.restore(path, &identity, &mut self.simulation)?;
         }
-        if let Some(path) = &files.record {
-            self.recorder = Some(Recorder::create(path, self.identity()?, &mut self.simulation)?);
+        let recorder = match &files.record {
+            Some(path) => Some(Recorder::create(path, self.identity()?, &mut self.simulation)?),
+            None => None,
+        };
+        let create = |path: &PathBuf| match output::create_anew(path) {
+            Ok(file) => Ok((path.clone(), file)),
+            Err(error) => Err(RecordingError::unwritable(path, error)),
+        };
+        self.hashes = files.hash.as_ref().map(create).transpose()?;
+        self.states.clone_from(&files.states);
+        if let Err(error) = self.note_state(false) {
+            (self.hashes, self.states) = (None, Vec::new());
+            return Err(error);
         }
-        if let Some(path) = &files.hash {
-            let file = output::create_anew(path).map_err(|error| RecordingError::unwritable(path, error))?;
-            self.hashes = Some((path.clone(), file));
-        }
-        self.note_state(false).map(drop)
+        let warning = recording.as_ref().and_then(Recording::warning);
+        self.scene.warnings.extend(warning.into_iter().inspect(|warning| tracing::warn!("{warning}")));
+        (self.recording, self.recorder) = (recording, recorder);
+        Ok(())
     }
 
-    fn replay(&mut self, path: &Path, from: u64) -> Result<(), RecordingError> {
+    fn replay(&mut self, path: &Path, from: u64) -> Result<Recording, RecordingError> {
         let (identity, world) = (self.identity()?, &self.simulation.world);
         let mut recording = Recording::open(path, world.resource::<Inputs>())?;
         recording.identity().check(path, &identity)?;
         recording.check_state(world.resource::<StateList>())?;
         recording.seek(from, &mut self.simulation)?;
-        let warning = recording.warning();
-        self.scene.warnings.extend(warning.into_iter().inspect(|warning| tracing::warn!("{warning}")));
-        self.recording = Some(recording);
-        Ok(())
+        Ok(recording)
     }
 
     /// Begins to record a run that is under way, from its state as it is. [`Self::finish`] ends the recording in order.
@@ -242,7 +299,7 @@ impl Session {
         let files = RunFiles { record: Some(path.to_owned()), ..RunFiles::default() };
         files.refuse_overwriting(&self.scene.files)?;
         output::check_folder(path)?;
-        let mut recorder = Recorder::create(path, self.identity()?, &mut self.simulation)?;
+        let mut recorder = Recorder::create(path, self.identity_for(path)?, &mut self.simulation)?;
         if self.step_number() == 0 {
             // The state may be another than the scene's even before the first step.
             recorder.snapshot(0, &mut self.simulation)?;
@@ -300,9 +357,9 @@ impl Session {
         Ok(Some(hash))
     }
 
-    /// Snapshot of the run as it is now.
-    fn saved(&mut self) -> Result<Snapshot, RecordingError> {
-        Ok(Snapshot::of(self.identity()?, &mut self.simulation))
+    /// Snapshot of the run as it is now, for a file.
+    fn saved(&mut self, path: &Path) -> Result<Snapshot, RecordingError> {
+        Ok(Snapshot::of(self.identity_for(path)?, &mut self.simulation))
     }
 
     /// Writes a snapshot of the run as it is now, whole or not at all.
@@ -310,7 +367,7 @@ impl Session {
     /// # Errors
     /// [`RecordingError`].
     pub fn save_snapshot(&mut self, path: &Path) -> Result<(), RecordingError> {
-        self.saved()?.write(path)
+        self.saved(path)?.write(path)
     }
 
     /// Contents of such a file.
@@ -318,8 +375,7 @@ impl Session {
     /// # Errors
     /// [`RecordingError`].
     pub fn snapshot(&mut self) -> Result<Vec<u8>, RecordingError> {
-        let bytes = self.saved()?.to_bytes();
-        bytes.ok_or_else(|| RecordingError::refused(Path::new(SNAPSHOT), "the state exceeds 4 GB"))
+        self.saved(Path::new(SNAPSHOT))?.to_bytes().ok_or(RecordingError::TooLong)
     }
 
     /// Makes the state that of a snapshot, in a new world where this one does not take it. Where that fails the state
@@ -334,17 +390,19 @@ impl Session {
         let now = Identity { seed, ..own };
         saved.identity.check(name, &now)?;
         self.refuse_while_kept()?;
-        let before = (seed == own.seed).then(|| snapshot::save(&mut self.simulation.world));
+        let (is_own, is_template) = (seed == own.seed, matches!(self.source, Source::Template(_)));
+        // Its worlds cannot fail; those of a file can, so one is made before this one is touched.
+        let before = (is_own && is_template).then(|| snapshot::save(&mut self.simulation.world));
         if before.is_some() && saved.restore(name, &now, &mut self.simulation).is_ok() {
             return Ok(());
         }
         // The seed is another, an entity of the scene is gone, or the snapshot fits no world: a new one shows which.
-        let mut other = self.fresh(Some(seed))?;
-        let now = other.identity()?;
+        let mut other = self.unchanged(Some(seed))?;
         let restored = saved.restore(name, &now, &mut other.simulation);
         match (&restored, before) {
-            (Ok(()), _) => *self = other,
-            (Err(_), Some(before)) => *self = self.fresh(None)?.with_state(&before)?,
+            (Ok(()), None) if is_own && saved.restore(name, &now, &mut self.simulation).is_ok() => {}
+            (Ok(()), _) => self.go_on_as(other),
+            (Err(_), Some(before)) => self.go_on_as(self.fresh(None)?.with_state(&before)?),
             (Err(_), None) => {}
         }
         restored
@@ -353,13 +411,16 @@ impl Session {
     /// Applies an input from outside now, between two steps.
     ///
     /// # Errors
-    /// [`RecordingError::Output`].
+    /// [`RecordingError::Output`]; [`RecordingError::Misused`]: a replay takes none.
     pub fn apply<T: Input>(&mut self, input: T) -> Result<(), RecordingError> {
+        if self.is_replay() {
+            return Err(RecordingError::Misused("a replay takes no inputs of its own"));
+        }
         self.simulation.world.resource_mut::<Inputs>().push(input);
         self.apply_inputs()
     }
 
-    /// Applies what came from outside since the last step. A replay takes none.
+    /// Applies what came from outside since the last step. A replay drops it.
     ///
     /// # Errors
     /// [`RecordingError::Output`].
@@ -418,12 +479,13 @@ impl Session {
     }
 
     /// Ends a recording in order, or a replay, whose world is free then. One that has got to the end takes what came
-    /// after the last step, too.
+    /// after the last step, too. Hashes are neither written nor expected any more.
     ///
     /// # Errors
     /// [`RecordingError`]; a replay that comes out otherwise is one.
     pub fn finish(&mut self) -> Result<(), RecordingError> {
         self.apply_inputs()?;
+        (self.hashes, self.states) = (None, Vec::new());
         let step = self.step_number();
         if let Some(mut recording) = self.recording.take().filter(|recording| recording.steps().1 == step) {
             push_recorded(&mut recording, &mut self.simulation)?;

@@ -2,6 +2,7 @@
 
 use crate::frames::FrameError;
 use crate::tools::compare::CompareError;
+use crate::tools::maps::MapError;
 use std::path::PathBuf;
 
 /// Errors of tools.
@@ -22,6 +23,9 @@ pub enum ToolError {
     /// A model without any mesh for a benchmark.
     #[error("{}: no triangles", .0.display())]
     NoMesh(PathBuf),
+    /// A displaced figure that rays cannot be cast at.
+    #[error(transparent)]
+    Surface(MapError),
     /// Earlier results of a benchmark that cannot be compared with.
     #[error("{}: {place}: {message}", path.display())]
     Results {

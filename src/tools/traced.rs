@@ -233,14 +233,15 @@ impl TracedScene {
         let rows = shown.chunks_exact(width.max(1)).enumerate();
         let traced = map_in_parallel(rows, |(y, shown)| {
             let (mut row, mut unmet, mut hits, mut surfaces) = (TracedRow::default(), 0, Vec::new(), Vec::new());
+            let mut open = Open::default();
             for (x, &shown) in shown.iter().enumerate() {
                 let place = DVec2::new(x as f64, y as f64) + 0.5;
                 surfaces.clear();
-                self.meet(place, None, &mut hits);
-                surfaces.extend(hits.iter().map(|hit| (hit.slot, self.seen_lights(place, hit, &lights))));
+                self.meet(place, None, &mut hits, &mut open);
+                surfaces.extend(hits.iter().map(|hit| (hit.slot, self.seen_lights(place, hit, &lights, &mut open))));
                 if let Some(slot) = shown.filter(|slot| hits.iter().all(|hit| hit.slot != *slot)) {
-                    match self.meet_nearby(place, slot, vertex_rounding.into(), &mut hits) {
-                        Some((place, hit)) => surfaces.push((slot, self.seen_lights(place, &hit, &lights))),
+                    match self.meet_nearby(place, slot, vertex_rounding.into(), &mut hits, &mut open) {
+                        Some((place, hit)) => surfaces.push((slot, self.seen_lights(place, &hit, &lights, &mut open))),
                         None => unmet += 1,
                     }
                 }
@@ -259,16 +260,17 @@ impl TracedScene {
         let width = self.eye_rays.pixels.x as usize;
         let rows = shown.chunks_exact(width.max(1)).enumerate();
         let pairs = map_in_parallel(rows, |(y, shown)| {
-            let (mut pairs, mut hits) = (BTreeSet::new(), Vec::new());
+            let (mut pairs, mut hits, mut open) = (BTreeSet::new(), Vec::new(), Open::default());
             for (x, _) in shown.iter().enumerate().filter(|(_, shown)| shown.is_some()) {
                 let place = DVec2::new(x as f64, y as f64) + 0.5;
-                self.meet(place, None, &mut hits);
+                self.meet(place, None, &mut hits, &mut open);
                 for hit in &hits {
                     let known = reached.of(hit.slot);
                     let surface = self.surface(place, hit);
-                    let is_lit = |light: u32| {
+                    let mut is_lit = |light: u32| {
                         let light = lights.table.get(light as usize);
-                        light.is_some_and(|light| self.seen_share(&surface, light).is_some_and(|share| share > 0))
+                        let share = light.and_then(|light| self.seen_share(&surface, light, &mut open));
+                        share.is_some_and(|share| share > 0)
                     };
                     let others = lights.of(hit.slot).iter().filter(|light| !known.contains(light));
                     pairs.extend(others.filter(|&&light| is_lit(light)).map(|&light| (hit.slot, light)));
@@ -281,22 +283,29 @@ impl TracedScene {
 
     /// The object in a slot at a place of the picture, or at the corners of the square about it that is twice as wide
     /// as vertices are moved.
-    fn meet_nearby(&self, place: DVec2, slot: u32, moved: f64, hits: &mut Vec<Hit>) -> Option<(DVec2, Hit)> {
+    fn meet_nearby(
+        &self,
+        place: DVec2,
+        slot: u32,
+        moved: f64,
+        hits: &mut Vec<Hit>,
+        open: &mut Open,
+    ) -> Option<(DVec2, Hit)> {
         let corners = [DVec2::ZERO, DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
         corners.iter().find_map(|corner| {
             let place = place + corner * moved;
-            self.meet(place, Some(slot), hits);
+            self.meet(place, Some(slot), hits, open);
             hits.first().map(|&hit| (place, hit))
         })
     }
 
     /// Finds the hits of a ray from the eye, nearest first, up to the first opaque one. Each object counts once.
-    /// `only`: of one object.
-    fn meet(&self, place: DVec2, only: Option<u32>, hits: &mut Vec<Hit>) {
+    /// `only`: of one object. `open`: room for the search, as everywhere below.
+    fn meet(&self, place: DVec2, only: Option<u32>, hits: &mut Vec<Hit>, open: &mut Open) {
         hits.clear();
         let (origin, direction) = self.eye_rays.through(place);
         let near = self.eye_rays.near;
-        let far = self.search(origin, direction, self.eye_rays.far, |number, triangle, far| {
+        let far = self.search(origin, direction, self.eye_rays.far, open, |number, triangle, far| {
             let slot = triangle.slot;
             let drawn = self.drawn[slot as usize].filter(|_| only.is_none_or(|only| only == slot));
             let Some((drawn, along)) = drawn.zip(triangle.intersect(origin, direction)) else { return far };
@@ -320,11 +329,12 @@ impl TracedScene {
     }
 
     /// Shares of each light of its object that are seen from where a ray from the eye meets it, in parts of 255.
-    fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights) -> Vec<u8> {
+    fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights, open: &mut Open) -> Vec<u8> {
         let surface = self.surface(place, hit);
         // All of it where it gives no light.
         let share = |&light: &u32| {
-            lights.table.get(light as usize).and_then(|light| self.seen_share(&surface, light)).unwrap_or(u8::MAX)
+            let light = lights.table.get(light as usize);
+            light.and_then(|light| self.seen_share(&surface, light, open)).unwrap_or(u8::MAX)
         };
         lights.of(hit.slot).iter().map(share).collect()
     }
@@ -342,7 +352,7 @@ impl TracedScene {
     }
 
     /// The share of a light that is seen from a surface, in parts of 255; `None` where it gives no light.
-    fn seen_share(&self, surface: &Surface, (light, near): &(LightRecord, f64)) -> Option<u8> {
+    fn seen_share(&self, surface: &Surface, (light, near): &(LightRecord, f64), open: &mut Open) -> Option<u8> {
         let position = Vec3::from(light.position).as_dvec3();
         let (toward, distance) = if light.kind == LightRecord::DIRECTIONAL {
             (position.normalize_or_zero(), f64::INFINITY)
@@ -354,8 +364,8 @@ impl TracedScene {
             return None;
         }
         let from = surface.place + surface.normal * surface.error;
-        let is_seen = |toward: DVec3, distance: f64| {
-            surface.normal.dot(toward) > 0.0 && self.is_free(from, toward, distance - near)
+        let mut is_seen = |toward: DVec3, distance: f64| {
+            surface.normal.dot(toward) > 0.0 && self.is_free(from, toward, distance - near, open)
         };
         // Within a ball there is no disc to be seen.
         let size = if distance.is_finite() { f64::from(light.size) / distance } else { f64::from(light.size) };
@@ -365,12 +375,12 @@ impl TracedScene {
         // What is seen of a ball is as wide as a disc that is a little nearer.
         let size = if distance.is_finite() { size / (1.0 - size * size).sqrt() } else { size };
         let (across, along) = toward.any_orthonormal_pair();
-        let sees = |place: &&DVec2| {
+        let mut sees = |place: &&DVec2| {
             let way = toward + size * (place.x * across + place.y * along);
             is_seen(way.normalize(), distance * way.length())
         };
         let (first, others) = self.places.split_at(FIRST);
-        let seen = match first.iter().filter(sees).count() {
+        let seen = match first.iter().filter(&mut sees).count() {
             0 => 0,
             FIRST => PLACES,
             some => some + others.iter().filter(sees).count(),
@@ -379,9 +389,9 @@ impl TracedScene {
     }
 
     /// Tells if no shadow caster blocks a ray for so many metres.
-    fn is_free(&self, from: DVec3, toward: DVec3, distance: f64) -> bool {
+    fn is_free(&self, from: DVec3, toward: DVec3, distance: f64, open: &mut Open) -> bool {
         let mut is_free = true;
-        self.search(from, toward, distance, |_, triangle, far| {
+        self.search(from, toward, distance, open, |_, triangle, far| {
             let casts = self.drawn[triangle.slot as usize].is_some_and(|drawn| drawn.casts);
             let hit = triangle.intersect(from, toward).filter(|along| casts && 0.0 < *along && *along < distance);
             is_free &= hit.is_none();
@@ -397,10 +407,11 @@ impl TracedScene {
         origin: DVec3,
         direction: DVec3,
         mut far: f64,
+        open: &mut Open,
         mut meet: impl FnMut(u32, &PlacedTriangle, f64) -> f64,
     ) -> f64 {
         let ray = BoxRay::new(origin.as_vec3a(), direction.as_vec3a(), 0.0);
-        self.tree.traverse(&ray, above(far), &mut Open::default(), |leaf, _, _| {
+        self.tree.traverse(&ray, above(far), open, |leaf, _, _| {
             let numbers = self.tree.order()[leaf * GROUP..].iter().take(GROUP);
             for (&number, triangle) in numbers.filter_map(|i| Some((i, self.triangles.get(*i as usize)?))) {
                 far = meet(number, triangle, far);

@@ -46,6 +46,17 @@ impl Viewpoint {
         }
     }
 
+    /// The same at another entity, if there is one.
+    pub fn at_another(self, another: impl FnOnce(Entity) -> Option<Entity>) -> Option<Self> {
+        Some(match self {
+            Self::Camera(camera) => Self::Camera(another(camera)?),
+            #[cfg(feature = "vehicles")]
+            Self::Chase(vehicle) => Self::Chase(another(vehicle)?),
+            #[cfg(feature = "vehicles")]
+            Self::Driver(vehicle) => Self::Driver(another(vehicle)?),
+        })
+    }
+
     /// View from there, as of the last frame.
     pub fn view(self, world: &World, (width, height): (u32, u32)) -> View {
         match self {

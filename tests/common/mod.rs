@@ -185,9 +185,16 @@ pub fn assert_fails_to_check(folder: &Path, expected: &str) {
 
 /// Cases of a text, each indented by four spaces: what is given, in one or more lines, and after an arrow what is
 /// expected, which may go on in lines that are indented further. Lines that begin with `##` are comments.
+///
+/// # Panics
+/// A line is not indented, or a case has no arrow.
 pub fn cases(text: &str) -> Vec<(String, String)> {
     let (mut cases, mut given) = (Vec::<(String, String)>::new(), Vec::new());
-    for line in text.lines().filter_map(|line| line.strip_prefix("    ")).filter(|line| !line.starts_with("##")) {
+    for line in text.lines().filter(|line| !line.trim().is_empty()) {
+        let line = line.strip_prefix("    ").unwrap_or_else(|| panic!("expected four spaces before {line:?}"));
+        if line.starts_with("##") {
+            continue;
+        }
         match (line.split_once("→ "), line.strip_prefix("  "), cases.last_mut()) {
             (Some((last, expected)), ..) => {
                 given.extend(Some(last.trim_end()).filter(|last| !last.is_empty()));

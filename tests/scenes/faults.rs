@@ -155,6 +155,12 @@ const TEXTS: &str = r##"
 "##;
 
 #[test]
+#[should_panic(expected = "expected four spaces before")]
+fn cases_that_are_not_indented_are_not_left_out() {
+    cases("    given\n    → expected\n   given too\n    → expected\n");
+}
+
+#[test]
 fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
     let folder = Folder::with_model();
     let exposure = |value: &str| format!("(environment: (exposure: {value}))");

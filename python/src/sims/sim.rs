@@ -247,10 +247,7 @@ impl Sim {
 
     /// Reads the scene's files anew, and begins the run anew. Raises SceneError; nothing changes then.
     fn reload(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |world| {
-            *world = World::of(world.reloaded()?);
-            Ok(())
-        })
+        self.with(py, World::reload)
     }
 
     /// Begins to record the run, from its state as it is: `with sim.record("run.rec"): …`. At the end of the block, or

@@ -199,6 +199,14 @@ impl World {
         Ok(())
     }
 
+    /// Reads the scene's files anew, and begins the run anew. Numbers of recordings are not given again.
+    pub fn reload(&mut self) -> Outcome<()> {
+        let recordings = self.recordings;
+        *self = Self::of(self.reloaded()?);
+        self.recordings = recordings;
+        Ok(())
+    }
+
     /// Does what may put another world in the place of this one, of which nothing is kept then.
     fn change<T, E: Into<Failure>>(&mut self, work: impl FnOnce(&mut Session) -> Result<T, E>) -> Outcome<T> {
         let before = self.simulation.draw_list().world;

@@ -87,7 +87,11 @@ impl From<ToolError> for Failure {
             ToolError::Frame(error) => return error.into(),
             ToolError::SeparateProcess { code, .. } => code,
             ToolError::Plot { .. } => OTHER,
-            _ => BAD_INPUT,
+            ToolError::NoMeshVariants { .. }
+            | ToolError::Compare(_)
+            | ToolError::NoMesh(_)
+            | ToolError::Surface(_)
+            | ToolError::Results { .. } => BAD_INPUT,
         };
         Self { message: Some(error.to_string()), code }
     }
@@ -97,12 +101,16 @@ impl From<ToolError> for Failure {
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
         let code = match &error {
+            MapError::Import(_)
+            | MapError::Refused { .. }
+            | MapError::NotGrey { .. }
+            | MapError::NothingMet { .. }
+            | MapError::Option { .. } => BAD_INPUT,
             MapError::Preview { source: FrameError::Gpu(_), .. } => NO_ADAPTER,
             MapError::Output(error) | MapError::Preview { source: FrameError::Output(error), .. } => {
                 code_of_output(error)
             }
             MapError::Preview { .. } => OTHER,
-            _ => BAD_INPUT,
         };
         let message = match &error {
             MapError::NotGrey { .. } => format!("{error}. {CHANNELS}"),
@@ -120,12 +128,35 @@ fn code_of_frame(error: &FrameError) -> u8 {
     match error {
         FrameError::Gpu(_) | FrameError::Render(RenderError::NoGpu(_)) => NO_ADAPTER,
         FrameError::Render(RenderError::Lost { .. }) => OTHER,
+        FrameError::Scene(_)
+        | FrameError::NoCamera { .. }
+        | FrameError::Render(_)
+        | FrameError::Import(_)
+        | FrameError::NoSensors { .. }
+        | FrameError::NoSensor { .. }
+        | FrameError::SharedSensorName { .. }
+        | FrameError::SharedFrameName { .. }
+        | FrameError::NoFormat { .. }
+        | FrameError::NotBuiltIn { .. }
+        | FrameError::NothingToHold { .. }
+        | FrameError::BadSensorName { .. }
+        | FrameError::NoPanoptic { .. }
+        | FrameError::Overwrites { .. }
+        | FrameError::NoFrames { .. }
+        | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
+        | FrameError::Recording(
+            RecordingError::Refused { .. }
+            | RecordingError::Misused(_)
+            | RecordingError::State(_)
+            | RecordingError::Scene(_),
+        ) => BAD_INPUT,
         FrameError::Output(error)
         | FrameError::Video(VideoError::Output(error))
         | FrameError::Recording(RecordingError::Output(error)) => code_of_output(error),
         FrameError::Video(VideoError::Failed { .. })
-        | FrameError::Recording(RecordingError::Diverged { .. } | RecordingError::Parted { .. }) => OTHER,
-        _ => BAD_INPUT,
+        | FrameError::Recording(
+            RecordingError::Diverged { .. } | RecordingError::Parted { .. } | RecordingError::TooLong,
+        ) => OTHER,
     }
 }
 

@@ -127,6 +127,9 @@ pub struct BenchArgs {
     pub quick: bool,
     /// Job of a process of its own
     #[arg(long, hide = true, value_parser = |job: &str| serde_json::from_slice::<Box<BenchJob>>(job.as_bytes()))]
+    #[arg(conflicts_with_all = ["scene", "camera", "objects", "lights", "mesh", "moving", "size", "frames", "warm_up"])]
+    #[arg(conflicts_with_all = ["seconds", "view", "technique", "lights_policy", "levels", "occlusion", "shadows"])]
+    #[arg(conflicts_with_all = ["compress", "samples", "threads", "floor", "picture", "trace", "suite"])]
     job: Option<Box<BenchJob>>,
 }
 
@@ -197,4 +200,30 @@ fn apart(job: &BenchJob, process: &Process) -> io::Result<Command> {
     let mut command = process.anew().ok_or_else(|| io::Error::other("no path of this program"))?;
     command.args(["bench", "--json", "--job", &serde_json::to_string(job)?]);
     Ok(command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Program {
+        #[command(flatten)]
+        bench: BenchArgs,
+    }
+
+    #[test]
+    fn a_job_of_its_own_takes_no_options_that_it_has_already() {
+        let parse = |args: &[&str]| Program::try_parse_from([&["bench"], args].concat()).map(|program| program.bench);
+        let job = parse(&[]).expect("defaults").job();
+        let job = serde_json::to_string(&job).expect("JSON");
+        let job = ["--json", "--job", &job];
+        assert!(parse(&job).is_ok());
+        for more in
+            ["--objects=3", "--mesh=cube", "--size=8x8", "--levels=on", "--threads=2", "--compress=on", "--floor"]
+        {
+            assert!(parse(&[&job[..], &[more]].concat()).is_err(), "{more}");
+        }
+    }
 }

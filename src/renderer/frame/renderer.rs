@@ -211,7 +211,7 @@ impl Renderer {
         let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
         let group = shadows.map(|shadows| {
             let layout = self.pipelines.shadows_layout(device, class_layout, Shadows::Traced);
-            shadows.group(device, layout)
+            shadows.group(&self.gpu, layout)
         });
         view.set_traced(group.transpose()?);
         Ok(())

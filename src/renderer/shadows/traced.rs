@@ -12,8 +12,8 @@
 //!
 //! An object without a surface at a pixel has no shadows there.
 
+use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
-use wgpu::util::DeviceExt;
 
 /// Set in the second word of a surface that another one of the pixel follows.
 pub(crate) const ANOTHER_SURFACE: u32 = 1 << 31;
@@ -67,7 +67,7 @@ impl TracedShadows {
     /// Uploads them, and makes the group 3 of objects that have them.
     pub(crate) fn group(
         &self,
-        device: &wgpu::Device,
+        Gpu { device, queue, .. }: &Gpu,
         layout: &wgpu::BindGroupLayout,
     ) -> Result<wgpu::BindGroup, RenderError> {
         let limits = device.limits();
@@ -77,8 +77,14 @@ impl TracedShadows {
             return Err(RenderError::TooLarge { what: "the traced shadows", unit: "bytes", needed, limit });
         }
         let label = Some("traced shadows");
-        let (contents, usage) = (bytemuck::cast_slice(&self.words), wgpu::BufferUsages::STORAGE);
-        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage });
+        // Not mapped at its creation: that panics where the device has no memory for it, or is lost.
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label,
+            size: needed,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&self.words));
         let entries = &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }];
         Ok(device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries }))
     }

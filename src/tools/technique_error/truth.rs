@@ -10,8 +10,9 @@
 use super::test_scene::{FAINT, Lit, SUN, Shown, TestScene};
 use crate::frames::FrameError;
 use crate::tools::compare::quarters;
-use crate::tools::maps::Raster;
+use crate::tools::error::ToolError;
 use crate::tools::maps::bake::{Role, Surface, Target};
+use crate::tools::maps::{MapError, Raster};
 use glam::{Affine3A, Vec3};
 use image::RgbImage;
 use systems::assets::color::srgb_from_linear;
@@ -32,15 +33,12 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    pub fn new(stand: &mut TestScene, (width, height): (u32, u32)) -> Result<Self, FrameError> {
+    pub fn new(stand: &mut TestScene, (width, height): (u32, u32)) -> Result<Self, ToolError> {
         let size = (2 * width, 2 * height);
         let count = stand.light_count();
-        // Of high-poly meshes there is nothing that could be missing; without triangles, nothing is in the way.
-        let displaced = Surface::of_mesh(&stand.displaced, &Affine3A::IDENTITY, Role::High).unwrap_or_default();
-        let target = Target::new(&displaced).ok();
-        let is_free = |from: Vec3, toward: Vec3, distance: f32| {
-            target.as_ref().is_none_or(|target| !target.is_hit(from, toward, distance))
-        };
+        let displaced = Surface::of_mesh(&stand.displaced, &Affine3A::IDENTITY, Role::High)
+            .map_err(|message| ToolError::Surface(MapError::refused(stand.displaced.name.as_ref(), message)))?;
+        let target = Target::new(&displaced).map_err(ToolError::Surface)?;
         let samples = samples(stand, size)?;
         let fill = |y: usize, row: &mut [f32]| {
             let samples = &samples[y * size.0 as usize..];
@@ -48,7 +46,7 @@ impl Truth {
                 let Some((place, normal)) = *sample else { continue };
                 for (light, seen) in seen.iter_mut().enumerate() {
                     let (toward, distance) = stand.toward_light(light, place);
-                    *seen = f32::from(is_free(place + normal * ABOVE, toward, distance));
+                    *seen = f32::from(!target.is_hit(place + normal * ABOVE, toward, distance));
                 }
             }
         };

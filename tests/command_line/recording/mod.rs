@@ -8,6 +8,7 @@ use crate::common::{self, prelude::*, text};
 use proptest::prelude::*;
 use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles};
 use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
 use systems::run::inputs::SavedInput;
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::{Despawn, SetTransform};
@@ -266,6 +267,88 @@ fn sessions_fork_go_back_and_begin_anew() {
     assert!(refused.iter().all(|refused| matches!(refused, Err(RecordingError::Misused(_)))), "{refused:?}");
 }
 
+#[test]
+fn sessions_of_a_scene_that_has_changed_are_refused_and_stay_as_they_are() {
+    let place = place();
+    let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
+    (0..5).for_each(|step| _ = run.act_and_step(step));
+    let snapshot = run.session.snapshot().expect("a snapshot");
+    place.file("scene.ron", SCENE.replace("radius: 8", "radius: 6"));
+    // Its world does not take the snapshot any more.
+    let world = &mut run.session.simulation.world;
+    let van = world.resource::<EntityRegistry>().entity(StateId(1)).expect("the van");
+    world.despawn(van);
+    let before = (run.session.hash(), run.session.simulation.draw_list().world);
+    let restored = run.session.restore(&snapshot).err();
+    assert_eq!((run.session.hash(), run.session.simulation.draw_list().world), before, "{restored:?}");
+    for error in [restored, run.session.fork().err()] {
+        assert_has(&error.expect("another scene").to_string(), &["scene.ron: scene.ron has changed since it was"]);
+    }
+}
+
+#[test]
+fn another_world_of_a_session_is_seen_from_the_same_place() {
+    let place = place();
+    let scene = SCENE.replace("(name: \"front\"", "(name: \"top\", camera: ()), (name: \"front\"");
+    place.file("scene.ron", &scene);
+    let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
+    let name = |session: &Session| {
+        let Viewpoint::Camera(camera) = session.viewpoint else { panic!("expected a camera") };
+        session.simulation.world.get::<Name>(camera).expect("a camera of the scene").to_string()
+    };
+    let snapshot = run.session.snapshot().expect("a snapshot");
+    assert_eq!(name(&run.session), "top");
+    run.session.viewpoint = run.session.scene.cameras[1].1.into();
+    assert_eq!(name(&run.session.fresh(Some(3)).expect("a world")), "front");
+    assert_eq!(name(&run.session.fork().expect("a world")), "front");
+    run.session.reset(Some(3)).expect("nothing is recorded");
+    assert_eq!(name(&run.session), "front", "after a reset");
+    run.session.restore(&snapshot).expect("a snapshot of another seed");
+    assert_eq!(name(&run.session), "front", "after a snapshot of another seed");
+    place.file("scene.ron", scene.replace("entities: [", "entities: [(name: \"new\"), "));
+    assert_eq!(name(&run.session.reloaded().expect("a world")), "front", "in a scene that has changed");
+}
+
+#[test]
+fn a_run_that_is_kept_is_let_go_by_its_end_alone() {
+    let place = place();
+    let hash = place.at("hashes");
+    let mut run = place.begin(&RunFiles { hash: Some(hash.clone()), ..RunFiles::default() }, 0).expect("a run");
+    let state = (40, run.session.hash());
+    let is_kept = |done: Result<(), RecordingError>| matches!(done, Err(RecordingError::Misused(_)));
+    assert!(is_kept(run.session.reset(None)), "hashes are written");
+    assert!(is_kept(run.session.begin(&RunFiles::default(), 0)), "hashes are written");
+    run.session.finish().expect("an end");
+    run.session.reset(None).expect("nothing is kept any more");
+    run.session.begin(&RunFiles { states: vec![state], ..RunFiles::default() }, 0).expect("a run");
+    assert!(is_kept(run.session.reset(None)), "a state is expected");
+    // A run that cannot be begun is not kept.
+    let (_, path) = place.recorded(3);
+    fs::create_dir(place.at("folder")).expect("a folder");
+    let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
+    let files = RunFiles { hash: Some(place.at("folder")), ..replay(&path) };
+    run.session.begin(&files, 0).expect_err("a folder");
+    assert!(!run.session.is_replay());
+    run.session.begin(&replay(&path), 0).expect("nothing is kept");
+    assert!(is_kept(run.session.apply(Despawn(StateId(1)))), "a replay takes no inputs");
+}
+
+#[test]
+fn snapshots_belong_to_the_files_that_a_run_began_with() {
+    let place = place();
+    let path = place.at("scene.ron");
+    let options = LoadOptions { cache: false, ..LoadOptions::default() };
+    let mut session = Session::load(&path, &options).expect("a scene");
+    fs::remove_file(&path).expect("a file");
+    session.begin(&RunFiles::default(), 0).expect("a run that needs no files");
+    place.file("scene.ron", SCENE.replace("seed: 7", "seed: 7 "));
+    let expected = "could not be read when the run began";
+    let a = place.at("a.snapshot");
+    assert_has(&session.save_snapshot(&a).expect_err("refused").to_string(), &["a.snapshot", expected]);
+    assert_has(&session.record(&place.at("a.rec")).expect_err("refused").to_string(), &[expected]);
+    assert!(!a.exists());
+}
+
 /// Tries to go on from bytes that may be anything.
 fn try_snapshot(place: &Folder, bytes: &[u8]) -> bool {
     let path = place.at("any.snapshot");
@@ -274,18 +357,30 @@ fn try_snapshot(place: &Folder, bytes: &[u8]) -> bool {
     begun.is_ok_and(|mut run| run.step() > 0)
 }
 
+/// Magic numbers and versions of a recording and a snapshot.
+static PRELUDES: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+    let place = place();
+    let mut run = place.begin(&record(&place.at("a.rec")), 0).expect("a recording");
+    run.session.save_snapshot(&place.at("a.snapshot")).expect("a snapshot");
+    ["a.rec", "a.snapshot"].map(|name| place.read(name)[..12].to_vec())
+});
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
     fn files_that_are_anything_are_errors(
         bytes in proptest::collection::vec(any::<u8>(), 0..300),
-        magic in proptest::sample::select(vec![&b""[..], b"RELIEFRC\x03\0\0\0", b"RELIEFSN\x02\0\0\0"]),
+        prelude in proptest::option::of(proptest::sample::select(vec![0, 1])),
     ) {
         let place = place();
-        let bytes = [magic, &bytes].concat();
+        let bytes = [prelude.map_or(&[][..], |which| &PRELUDES[which]), &bytes].concat();
         prop_assert!(!try_snapshot(&place, &bytes));
-        prop_assert!(Recording::open(&place.at("any.snapshot"), &Inputs::default()).is_err());
+        let recording = Recording::open(&place.at("any.snapshot"), &Inputs::default());
+        let error = recording.expect_err("not a recording").to_string();
+        // Those of a recording get beyond its beginning.
+        prop_assert_eq!(prelude != Some(0), error.contains("not a Relief recording"), "{}", error);
+        prop_assert!(!error.contains("version"), "{}", error);
     }
 }
 

@@ -184,6 +184,19 @@ mod tests {
     }
 
     #[test]
+    fn rays_stop_at_what_is_in_the_way_and_before_what_is_behind_the_light() {
+        let plane = shapes::plane(glam::Vec2::splat(2.0), UVec2::splat(4));
+        let surface = Surface::of_mesh(&plane, &glam::Affine3A::IDENTITY, super::super::Role::High).expect("a plane");
+        let target = Target::new(&surface).expect("a surface");
+        let below = Vec3::new(0.1, -1.0, 0.2);
+        assert!(target.is_hit(below, Vec3::Y, f32::INFINITY));
+        assert!(target.is_hit(below, Vec3::Y, 1.5));
+        assert!(!target.is_hit(below, Vec3::Y, 0.5), "the light is nearer");
+        assert!(!target.is_hit(below, Vec3::NEG_Y, f32::INFINITY));
+        assert!(!target.is_hit(below + Vec3::X * 2.0, Vec3::Y, f32::INFINITY));
+    }
+
+    #[test]
     fn what_has_no_extent_is_refused() {
         let point = soup(vec![[Vec3::ZERO; 3]]);
         assert!(Target::new(&point).is_err());
