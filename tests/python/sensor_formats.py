@@ -213,8 +213,8 @@ assert [row["timestamp"] for row in samples] == [0, 33_333, 66_666]
 (scene,) = tables["scene"]
 assert scene["nbr_samples"] == 3 and scene["first_sample_token"] == samples[0]["token"]
 assert scene["last_sample_token"] == samples[2]["token"]
-things = [entry["name"] for entry in classes.values() if entry["thing"]]
-assert [entry["name"] for entry in tables["category"]] == things
+countable = [entry["name"] for entry in classes.values() if entry["thing"]]
+assert [entry["name"] for entry in tables["category"]] == countable
 for measured in tables["sample_data"]:
     calibrated = known["calibrated_sensor"][measured["calibrated_sensor_token"]]
     channel = known["sensor"][calibrated["sensor_token"]]["channel"]
