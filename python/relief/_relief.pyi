@@ -801,6 +801,7 @@ class LidarCapture(_Measured, _Arrays):
     def __getitem__(self, name: str, /) -> NDArray[Any]: ...
     def __len__(self) -> int: ...
 
+@disjoint_base
 class Reading(_Measured):
     """Measurement of a sensor without pictures."""
 
