@@ -50,6 +50,7 @@ pub struct Measuring<'a> {
     /// Random numbers of this capture.
     pub noise: Noise,
     /// Numbers and classes of entities.
+    #[cfg_attr(not(feature = "vehicles"), expect(dead_code, reason = "contacts alone have labels"))]
     pub(crate) labels: &'a mut LabelTable,
 }
 
