@@ -9,6 +9,7 @@
 
 use super::files;
 use super::format::{FileFormat, Makes, Poses, RunInfo, RunWriter};
+use super::run_folder::RunFolder;
 use crate::export::coco::{self, Category, Instances, Panoptic, Picture, Segments};
 use crate::export::picture;
 use crate::frames::FrameError;
@@ -17,7 +18,7 @@ use crate::sense::captures::camera::CameraCapture;
 use crate::sense::captures::capture::{Capture, SensorCapture, SensorData};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use systems::sensors::{CameraOutput, ClassInfo, SensorKind};
 
 /// Things, of all pictures.
@@ -48,13 +49,12 @@ impl FileFormat {
 
 /// Labels that are being collected; their files are written at the end, the pictures at once.
 struct CocoWriter {
-    folder: PathBuf,
+    folder: RunFolder,
     things: BTreeSet<u8>,
     /// Colours have no other format that writes their pictures.
     writes_colors: bool,
     instances: Instances,
     panoptic: Panoptic,
-    written: Vec<PathBuf>,
 }
 
 impl CocoWriter {
@@ -64,12 +64,11 @@ impl CocoWriter {
         let categories =
             |is_wanted: fn(&ClassInfo) -> bool| classes().filter(move |class| is_wanted(class)).map(category);
         Self {
-            folder: run.folder.to_owned(),
+            folder: RunFolder::new(run.folder),
             things: classes().filter(|class| class.is_thing).map(|class| class.id).collect(),
             writes_colors: !run.formats.contains(&FileFormat::PNG),
             instances: Instances { categories: categories(|class| class.is_thing).collect(), ..Instances::default() },
             panoptic: Panoptic { categories: categories(|_| true).collect(), ..Panoptic::default() },
-            written: Vec::new(),
         }
     }
 
@@ -77,11 +76,11 @@ impl CocoWriter {
         let size = (camera.width, camera.height);
         let file_name = format!("{}/color_{step:05}.png", sensor.name);
         if self.writes_colors {
-            self.write_file(&file_name, files::png(camera, CameraOutput::Color))?;
+            self.folder.write(&file_name, files::png(camera, CameraOutput::Color))?;
         }
         let segments_name = format!("{}/{step:05}.png", sensor.name);
         let segments_path = format!("coco/panoptic/{segments_name}");
-        let unfit = |error| OutputError::io(&self.folder.join(&segments_path), error);
+        let unfit = |error| OutputError::io(&self.folder.path.join(&segments_path), error);
         let is_thing = |class| self.things.contains(&class);
         let (ids, segments) = coco::segments(size, &camera.class, &camera.instance, is_thing).map_err(unfit)?;
         // Of a thing's pixels most have its class.
@@ -95,16 +94,7 @@ impl CocoWriter {
         self.panoptic.annotations.push(Segments { image_id, file_name: segments_name, segments_info: segments });
         let numbers = picture::of_numbers(size, ids.into_iter());
         let numbers = numbers.ok_or_else(|| io::Error::other("there are no pixels"));
-        self.write_file(&segments_path, numbers.and_then(|it| output::encode_png(&it).map_err(io::Error::other)))
-    }
-
-    fn write_file(&mut self, name: &str, bytes: io::Result<Vec<u8>>) -> Result<(), FrameError> {
-        let path = self.folder.join(name);
-        let bytes = bytes.map_err(|error| OutputError::io(&path, error))?;
-        output::make_folder(path.parent().unwrap_or(Path::new("")))?;
-        output::write_whole(&path, &bytes)?;
-        self.written.push(path);
-        Ok(())
+        self.folder.write(&segments_path, numbers.and_then(|it| output::encode_png(&it).map_err(io::Error::other)))
     }
 }
 
@@ -123,10 +113,10 @@ impl RunWriter for CocoWriter {
     fn finish(mut self: Box<Self>) -> Result<Vec<PathBuf>, FrameError> {
         let (mut instances, mut panoptic) = (Vec::new(), Vec::new());
         let encoded = coco::write(&mut instances, &self.instances);
-        self.write_file(INSTANCES, encoded.map(|()| instances))?;
+        self.folder.write(INSTANCES, encoded.map(|()| instances))?;
         let encoded = coco::write(&mut panoptic, &self.panoptic);
-        self.write_file(PANOPTIC, encoded.map(|()| panoptic))?;
-        Ok(self.written)
+        self.folder.write(PANOPTIC, encoded.map(|()| panoptic))?;
+        Ok(self.folder.written)
     }
 }
 

@@ -7,6 +7,7 @@
 //!               cameras
 //! log           a log of ROS 2 (log_boxes); coco, kitti, nuscenes: labels as these data sets have them; films
 //! parts         JSON files of a run, put together of those of its parts
+//! run_folder    what one of these writes into the folder of a run
 //! writers       the list of all of these; those of a run, begun
 //! ```
 
@@ -21,4 +22,5 @@ mod log_boxes;
 mod nuscenes;
 pub(crate) mod parts;
 mod records;
+mod run_folder;
 pub(crate) mod writers;

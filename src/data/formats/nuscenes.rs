@@ -14,6 +14,7 @@
 use super::files;
 use super::format::{FileFormat, Makes, Poses, RunInfo, RunWriter};
 use super::parts::{Merge, append_all};
+use super::run_folder::RunFolder;
 use crate::export::array::{Column, interleave};
 use crate::export::{coco, picture};
 use crate::frames::FrameError;
@@ -167,25 +168,23 @@ fn token(table: &str, row: impl Display) -> String {
 
 /// Tables that are being collected, which are written at the end; files of measurements are written at once.
 struct NuscenesWriter {
-    folder: PathBuf,
+    folder: RunFolder,
     cameras: BTreeSet<String>,
     classes: Classes,
     /// Colours have no other format that writes their pictures.
     writes_colors: bool,
     /// By the names of their files.
     tables: BTreeMap<&'static str, Table>,
-    written: Vec<PathBuf>,
 }
 
 impl NuscenesWriter {
     fn new(run: &RunInfo) -> Self {
         let mut writer = Self {
-            folder: run.folder.to_owned(),
+            folder: RunFolder::new(run.folder),
             cameras: run.held_by(FileFormat::NUSCENES, true).map(str::to_owned).collect(),
             classes: run.classes.clone(),
             writes_colors: !run.formats.contains(&FileFormat::PNG),
             tables: TABLES.map(|name| (name, Table::default())).into(),
-            written: Vec::new(),
         };
         let log = token("log", "");
         writer.add(
@@ -337,15 +336,6 @@ impl NuscenesWriter {
             }),
         );
     }
-
-    fn write_file(&mut self, name: &str, bytes: io::Result<Vec<u8>>) -> Result<(), FrameError> {
-        let path = self.folder.join(name);
-        let bytes = bytes.map_err(|error| OutputError::io(&path, error))?;
-        output::make_folder(path.parent().unwrap_or(Path::new("")))?;
-        output::write_whole(&path, &bytes)?;
-        self.written.push(path);
-        Ok(())
-    }
 }
 
 impl RunWriter for NuscenesWriter {
@@ -375,7 +365,7 @@ impl RunWriter for NuscenesWriter {
                 SensorData::Camera(camera) if self.cameras.contains(&sensor.name) => {
                     let file = format!("{}/color_{:05}.png", sensor.name, at.step);
                     if self.writes_colors {
-                        self.write_file(&file, files::png(camera, CameraOutput::Color))?;
+                        self.folder.write(&file, files::png(camera, CameraOutput::Color))?;
                     }
                     self.measurement(sensor, at, &file, (camera.width, camera.height));
                     let is_thing = |class| self.classes.get(Class(class)).is_some_and(|class| class.is_thing);
@@ -386,7 +376,7 @@ impl RunWriter for NuscenesWriter {
                 }
                 SensorData::Lidar(lidar) => {
                     let file = format!("{}/points_{:05}.pcd.bin", sensor.name, at.step);
-                    self.write_file(&file, points(lidar, &sensor.world_from_outputs()))?;
+                    self.folder.write(&file, points(lidar, &sensor.world_from_outputs()))?;
                     self.measurement(sensor, at, &file, (0, 0));
                 }
                 _ => {}
@@ -405,11 +395,11 @@ impl RunWriter for NuscenesWriter {
         for (name, table) in std::mem::take(&mut self.tables) {
             let mut bytes = Vec::new();
             let encoded = coco::write(&mut bytes, &table);
-            self.write_file(name, encoded.map(|()| bytes))?;
+            self.folder.write(name, encoded.map(|()| bytes))?;
         }
-        let map = map_picture(&[], &self.folder.join(MAP))?;
-        self.write_file(MAP, Ok(map))?;
-        Ok(self.written)
+        let map = map_picture(&[], &self.folder.path.join(MAP))?;
+        self.folder.write(MAP, Ok(map))?;
+        Ok(self.folder.written)
     }
 }
 
