@@ -484,9 +484,35 @@ fn points(lidar: &LidarCapture, scene_from_outputs: &DAffine3) -> io::Result<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sense::captures::lidar::LidarScan;
+    use crate::sense::captures::pose::Pose;
+    use systems::sensors::LidarSensor;
 
     fn row(fields: Value) -> Row {
         serde_json::from_value(fields).expect("a row")
+    }
+
+    /// A lidar that drives 2 m ahead in a sweep of four columns, each with a return 5 m ahead.
+    #[test]
+    fn points_of_a_sweep_are_where_they_are_at_the_capture() {
+        let sensor = LidarSensor { columns: 4, hz: 10.0, sweep: true, ..LidarSensor::default() };
+        let moved = Pose { translation: DVec3::Z * 2.0, ..Pose::default() };
+        let scan = LidarScan {
+            xyz: vec![[5.0, 0.0, 0.0]; 4],
+            intensity: vec![1.0; 4],
+            ring: vec![0; 4],
+            hit: vec![1; 4],
+            ..LidarScan::default()
+        };
+        let columns = sensor.columns_between(0, 1, 0.1);
+        let lidar = LidarCapture { scan, columns, sweep: true, poses: [Pose::default(), moved], ..Default::default() };
+        let ahead = |lidar: &LidarCapture| {
+            let bytes = points(lidar, &moved.world_from_points()).expect("bytes");
+            let number = |point: &[u8]| f32::from_le_bytes(point[..4].try_into().expect("a number"));
+            bytes.chunks(20).map(number).collect::<Vec<_>>()
+        };
+        assert_eq!(ahead(&lidar), [3.0, 3.5, 4.0, 4.5]);
+        assert_eq!(ahead(&LidarCapture { sweep: false, ..lidar }), [5.0; 4]);
     }
 
     /// A car that looks along the scene's +X, 5 m ahead along the scene's +Z: global +Y and +X.
