@@ -5,6 +5,9 @@
 //! for each round: milliseconds of processor time of all threads, which other programs hardly lengthen, and of wall
 //! clock, per observation, which is all that one camera gives. Every capture draws all cameras anew; nothing moves.
 //!
+//! `-- --scene benches/sensors/vans.ron` has one camera on a scene's entity "ego" instead, and the clock takes a step
+//! before each capture: everything moves. Milliseconds of the steps are told apart.
+//!
 //! `-- --write DIR` measures nothing. It writes what is drawn, from which other programs build the same scene, and the
 //! depth and the things in each picture, with which theirs are compared; `benches/sensors/README.md` has the files.
 //!
@@ -75,6 +78,12 @@ struct Args {
     /// Write the scene and its pictures into this directory, and measure nothing
     #[arg(long, value_name = "DIR", conflicts_with = "soak")]
     write: Option<PathBuf>,
+    /// Scene with an entity "ego", which gets the camera
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["write", "soak", "boxes"])]
+    scene: Option<PathBuf>,
+    /// Samples per pixel: 1 or 4
+    #[arg(long, default_value_t = 1)]
+    samples: u32,
     /// Make and drop sensors, and watch the memory
     #[arg(long)]
     soak: bool,
@@ -181,38 +190,54 @@ fn sun() -> Quat {
     Quat::from_rotation_y(20f32.to_radians()) * Quat::from_rotation_x(-50f32.to_radians())
 }
 
-fn camera(size: u32, outputs: CameraOutputs) -> CameraSensor {
+fn camera(size: u32, samples: u32, outputs: CameraOutputs) -> CameraSensor {
     let lens = Lens::FieldOfView { y: FOV_Y_DEGREES.to_radians() };
-    CameraSensor { size: (size, size), lens, near: NEAR, outputs, samples: 1, ..CameraSensor::default() }
+    CameraSensor { size: (size, size), lens, near: NEAR, outputs, samples, ..CameraSensor::default() }
 }
 
 fn measure(args: &Args, gpu: &Gpu) -> Result<(), Box<dyn Error>> {
-    let (mut simulation, _) = Layout::new(args.boxes, args.views).build(&camera(args.size, args.mode));
+    let camera = camera(args.size, args.samples, args.mode);
+    let (mut simulation, views) = match &args.scene {
+        Some(path) => (load(path, &camera)?, 1),
+        None => (Layout::new(args.boxes, args.views).build(&camera).0, args.views),
+    };
+    let moves = args.scene.is_some();
     let mut suite = SensorSuite::new(gpu);
     for _ in 0..WARM_UP {
+        if moves {
+            simulation.step();
+        }
         suite.capture(&mut simulation)?;
     }
     for round in 0..args.rounds {
         let (started, processor) = (Instant::now(), ProcessTime::now());
-        let mut captures = 0;
+        let (mut captures, mut stepping) = (0, 0.0);
         while captures == 0 || started.elapsed().as_secs_f64() < args.seconds {
+            if moves {
+                let processor = ProcessTime::now();
+                simulation.step();
+                stepping += processor.elapsed().as_secs_f64();
+            }
             black_box(suite.capture(&mut simulation)?);
             captures += 1;
         }
         let (wall, processor) = (started.elapsed().as_secs_f64(), processor.elapsed().as_secs_f64());
-        let observations = captures * args.views;
+        let observations = captures * views;
         let each = |seconds: f64| 1e3 * seconds / f64::from(observations);
         let figures = json!({
             "program": "relief",
             "version": env!("CARGO_PKG_VERSION"),
             "device": gpu.name(),
+            "scene": args.scene,
             "boxes": args.boxes,
             "size": args.size,
-            "views": args.views,
+            "samples": args.samples,
+            "views": views,
             "mode": outputs_text(args.mode),
             "round": round,
             "observations": observations,
-            "cpu_ms": each(processor),
+            "cpu_ms": each(processor - stepping),
+            "step_cpu_ms": each(stepping),
             "wall_ms": each(wall),
         });
         println!("{figures}");
@@ -220,11 +245,24 @@ fn measure(args: &Args, gpu: &Gpu) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// A scene whose entity "ego" carries the camera.
+fn load(path: &Path, camera: &CameraSensor) -> Result<Simulation, Box<dyn Error>> {
+    let mut simulation = Simulation::new();
+    relief::scene::load(path, &mut simulation)?;
+    let mut named = simulation.world.query::<(Entity, &Name)>();
+    let ego = named.iter(&simulation.world).find(|(_, name)| name.as_str() == "ego").map(|(entity, _)| entity);
+    let ego = ego.ok_or_else(|| format!("{}: expected an entity named \"ego\"", path.display()))?;
+    let ahead = Transform::from_xyz(0.0, EYE, 3.5).with_rotation(Quat::from_rotation_y(std::f32::consts::PI));
+    simulation.world.spawn((Sensor::camera(camera.clone()), Name::new("camera"), ahead, ChildOf(ego)));
+    register_all(&mut simulation.world);
+    Ok(simulation)
+}
+
 /// The scene for other programs, and its pictures.
 fn write(args: &Args, gpu: &Gpu, folder: &Path) -> Result<(), Box<dyn Error>> {
     let layout = Layout::new(args.boxes, args.views);
     let outputs = [CameraOutput::Color, CameraOutput::Depth, CameraOutput::Instance].into_iter().collect();
-    let (mut simulation, things) = layout.build(&camera(args.size, outputs));
+    let (mut simulation, things) = layout.build(&camera(args.size, 1, outputs));
     let capture = SensorSuite::new(gpu).capture(&mut simulation)?;
     let cameras: Vec<&CameraCapture> = capture.sensors.iter().filter_map(|sensor| sensor.camera()).collect();
 
@@ -316,7 +354,7 @@ fn kind_of_sensor(i: usize) -> Sensor {
     let outputs = if i.is_multiple_of(2) { all } else { CameraOutputs::default().with(CameraOutput::Color) };
     let size = [(16, 16), (24, 16), (16, 24)][i % 3];
     let samples = [1, 4][i / 4 % 2];
-    Sensor::camera(CameraSensor { size, samples, ..camera(16, outputs) })
+    Sensor::camera(CameraSensor { size, ..camera(16, samples, outputs) })
 }
 
 /// Does something so many times and says how much memory the process holds along the way; whether that stayed flat.

@@ -57,6 +57,9 @@ struct CullBatch {
     // Of the box around the mesh, from the same centre.
     half_extents: vec3f,
     pad0: u32,
+    // The sphere that levels of detail are chosen by, object space.
+    level_center: vec3f,
+    level_radius: f32,
     // Of each level of detail, metres in object space, ascending.
     errors: array<f32, 8>,
 }
@@ -221,12 +224,15 @@ fn bounds_of(slot: u32, batch: CullBatch) -> Ball {
 }
 
 // The coarsest level whose error covers no more pixels than it may; systems/assets/levels.rs has the twin.
-fn level_of(bounds: Ball, batch: CullBatch) -> u32 {
-    let distance = select(length(bounds.center - view.eye) - bounds.radius, 1.0, view.parallel == 1u);
+fn level_of(slot: u32, scale: f32, batch: CullBatch) -> u32 {
+    let rows = load_world_from_object(slot);
+    let local = vec4f(batch.level_center, 1.0);
+    let center = vec3f(dot(rows[0], local), dot(rows[1], local), dot(rows[2], local));
+    let distance = select(length(center - view.eye) - batch.level_radius * scale, 1.0, view.parallel == 1u);
     let allowed = cull_view.allowed_error * max(distance, 0.0);
     var level = 0u;
     for (var i = 1u; i < 8u; i++) {
-        if batch.errors[i] * bounds.scale > allowed || distance <= 0.0 {
+        if batch.errors[i] * scale > allowed || distance <= 0.0 {
             break;
         }
         level = i;
@@ -388,7 +394,7 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
         visibility[slot] = 0u;
         return;
     }
-    let found = level_of(bounds, batches[page.y]) | IN_VIEW | (slice_of(bounds.center) << SLICE_SHIFT);
+    let found = level_of(slot, bounds.scale, batches[page.y]) | IN_VIEW | (slice_of(bounds.center) << SLICE_SHIFT);
     let again = select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
     visibility[slot] = found | select(again, EARLY | SEEN, cull_view.occlusion == 0u);
 }

@@ -64,7 +64,8 @@ fn copy(from: &MeshEntry, to: &mut MeshEntry) {
 /// Makes a key from the data hashed so far, and all of an entry that tangents and levels depend on. Its levels are not
 /// yet there, or it would be finished, unless it is one that is to have none.
 fn key(mut hasher: blake3::Hasher, entry: &MeshEntry) -> Key {
-    let state = [entry.mesh.tangent_uv_set as u64, entry.tangents_ready.into(), entry.levels.len() as u64];
+    let end = entry.ends_at.map_or(u64::MAX, |error| error.to_bits().into());
+    let state = [entry.mesh.tangent_uv_set as u64, entry.tangents_ready.into(), entry.levels.len() as u64, end];
     add(&mut hasher, bytemuck::cast_slice(&state));
     parts(entry).into_iter().for_each(|part| add(&mut hasher, part));
     hasher.finalize()

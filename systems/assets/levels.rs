@@ -35,7 +35,7 @@ const MOST_ERROR: f32 = 0.25;
 
 /// Farthest error over the mean error around a vertex, which is the one that the simplifier reports. On round shapes
 /// the farthest point of a level was measured up to 1.4 times as far.
-const FARTHEST: f32 = 1.5;
+pub(super) const FARTHEST: f32 = 1.5;
 
 /// Weight of a difference of normals: one of 1 over a patch is as bad as a distance of half the patch's length.
 const NORMAL_WEIGHT: f32 = 0.5;
@@ -122,7 +122,13 @@ impl MeshEntry {
     }
 
     fn make_levels(&mut self) {
-        (self.levels, self.level_indices) = simplify(&self.mesh);
+        (self.levels, self.level_indices) =
+            if self.without_levels { (vec![Level::whole(&self.mesh)], Vec::new()) } else { simplify(&self.mesh) };
+        let Some(error) = self.ends_at else { return };
+        self.levels.retain(|level| level.error < error);
+        self.levels.truncate(MOST_LEVELS - 1);
+        let end = self.mesh.indices.len() + self.level_indices.len();
+        self.levels.push(Level { first_index: end as u32, index_count: 0, error });
     }
 }
 

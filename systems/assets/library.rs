@@ -14,6 +14,7 @@ use super::material::{Material, MaterialId};
 use super::mesh::{Level, Mesh, MeshEntry, MeshId};
 use super::slots::Slots;
 use super::split::{Grid, split};
+use crate::space::bounds::Sphere;
 use bevy_ecs::prelude::*;
 use glam::Vec4;
 use std::collections::HashMap;
@@ -112,6 +113,22 @@ impl Library {
     pub fn add_mesh_without_levels(&mut self, mesh: Mesh) -> MeshId {
         self.contents = Contents::new();
         self.meshes.add(MeshEntry::new(mesh, true))
+    }
+
+    /// Adds a mesh of which only levels of detail are drawn: a surface of a [`proxy`](crate::assets::proxy).
+    pub(crate) fn add_entry(&mut self, entry: MeshEntry) -> MeshId {
+        self.contents = Contents::new();
+        self.meshes.add(entry)
+    }
+
+    /// Ends the levels of a mesh where a [`proxy`](crate::assets::proxy) is drawn in its place: where an error of so
+    /// many metres in object space is allowed, by the distance to that sphere. Before its levels are made.
+    pub(crate) fn end_levels(&mut self, id: MeshId, level_bounds: Sphere, error: f32) {
+        self.contents = Contents::new();
+        if let Some(entry) = self.meshes.get_mut(id) {
+            (entry.level_bounds, entry.ends_at) = (level_bounds, Some(error));
+            entry.levels.clear();
+        }
     }
 
     /// Puts another mesh in the place of one. What uses it is drawn with the new one from the next frame on, has its

@@ -93,6 +93,11 @@ pub struct MeshEntry {
     pub level_indices: Vec<u32>,
     /// It is drawn as it is at any distance; so is a mesh that replaces it.
     pub without_levels: bool,
+    /// Sphere from whose nearest point distances are taken that levels are chosen by, object space. Its bounds, but for
+    /// meshes of a model with a [`proxy`](crate::assets::proxy).
+    pub level_bounds: Sphere,
+    /// Error, metres in object space, where nothing is drawn of it: a proxy is.
+    pub ends_at: Option<f32>,
 }
 
 impl MeshEntry {
@@ -100,7 +105,27 @@ impl MeshEntry {
     pub(super) fn new(mesh: Mesh, without_levels: bool) -> Self {
         let levels = if without_levels { vec![Level::whole(&mesh)] } else { Vec::new() };
         let (bounds, aabb) = (Sphere::around(&mesh.positions), mesh.aabb());
-        Self { mesh, bounds, aabb, tangents_ready: false, levels, level_indices: Vec::new(), without_levels }
+        Self {
+            mesh,
+            bounds,
+            aabb,
+            tangents_ready: false,
+            levels,
+            level_indices: Vec::new(),
+            without_levels,
+            level_bounds: bounds,
+            ends_at: None,
+        }
+    }
+
+    /// A mesh with tangents, of which there are only levels: all but the first, which is empty, in these indices.
+    pub(super) fn of_levels(mesh: Mesh, levels: Vec<Level>, level_indices: Vec<u32>, level_bounds: Sphere) -> Self {
+        Self { tangents_ready: true, levels, level_indices, level_bounds, ..Self::new(mesh, true) }
+    }
+
+    /// Tells if some level has triangles.
+    pub fn is_drawn(&self) -> bool {
+        !self.mesh.indices.is_empty() || !self.level_indices.is_empty()
     }
 
     /// CPU memory, bytes.

@@ -144,7 +144,7 @@ fn batch_of(
     material: MaterialId,
     transform: &GlobalTransform,
 ) -> Option<BatchKey> {
-    let entry = library.mesh(mesh).filter(|entry| !entry.mesh.indices.is_empty())?;
+    let entry = library.mesh(mesh).filter(|entry| entry.is_drawn())?;
     let (class, mut pipeline) = materials.placed(library.known_material(material));
     pipeline.vertex_colors = !entry.mesh.colors.is_empty();
     pipeline.mirrored = is_mirrored(transform);

@@ -28,7 +28,8 @@ use std::collections::BTreeSet;
 /// about twice as wide, a room lamp's as wide.
 pub const DEFAULT_METRES: f32 = 8.0;
 
-/// A piece of an object. The piece is the object's child, too.
+/// A piece of an object: what is drawn for it, and has no name and no state of its own. The piece is the object's
+/// child, too. It is a part of the object's mesh, or a proxy of a model of which the object is a part.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
 #[relationship(relationship_target = Pieces)]
 pub struct PieceOf(pub Entity);
@@ -226,7 +227,7 @@ fn hand_on(world: &mut World, entity: Entity) {
 
 /// Gives pieces the material of their object where that changed.
 pub fn follow_materials(
-    objects: Query<(&Pieces, Ref<MaterialId>)>,
+    objects: Query<(&Pieces, Ref<MaterialId>), With<WholeMesh>>,
     mut all: Query<&mut MaterialId, (Without<Pieces>, AlsoDisabled)>,
 ) {
     let mut followed = Vec::new();

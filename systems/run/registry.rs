@@ -134,7 +134,8 @@ pub fn spawn(world: &mut World, spawn: Spawn) -> Vec<Entity> {
     let mut open: Vec<Entity> = roots.iter().rev().copied().collect();
     while let Some(entity) = open.pop() {
         members.push(entity);
-        open.extend(world.get::<Children>(entity).into_iter().flat_map(|children| children.iter().rev()));
+        let below = world.get::<Children>(entity).into_iter().flat_map(|children| children.iter().rev());
+        open.extend(below.filter(|&child| world.get::<PieceOf>(child).is_none()));
     }
     let mut registry = world.resource_mut::<EntityRegistry>();
     let first = registry.next;

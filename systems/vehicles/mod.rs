@@ -8,6 +8,7 @@
 //! types         VehicleTypes: dimensions, limits, driver, parts; shared by all vehicles of a type
 //! parts         what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs
 //!               swing
+//! proxies       what is drawn in the place of the parts where a vehicle is small
 //! lamps         which lamps are on, their light and the glow of their glass
 //!
 //! driving       the step: each is moved by what was noted before any moved; on_route: as routes want
@@ -36,6 +37,7 @@ pub mod lamps;
 mod lane_places;
 mod on_route;
 pub mod parts;
+pub mod proxies;
 pub mod route_line;
 pub mod routes;
 pub mod signals;

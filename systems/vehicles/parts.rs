@@ -6,6 +6,7 @@ use super::turns::{about_x, about_y};
 use super::types::VehicleTypes;
 use crate::assets::material::MaterialId;
 use crate::assets::mesh::MeshId;
+use crate::draw::pieces::PieceOf;
 use crate::ecs::clock::Clock;
 use crate::lights::components::Light;
 use crate::sensors::labels::{Class, Classes, Instance};
@@ -31,10 +32,23 @@ pub struct Part {
     pub drawn: Option<(MeshId, MaterialId)>,
     /// The material in each of the type's paints; empty where it is not painted.
     pub painted: Vec<MaterialId>,
+    /// Drawn in its place, and in that of other parts, where the vehicle is small in the picture.
+    pub proxies: Vec<Drawn>,
     /// Movement against its parent.
     pub movement: Option<Movement>,
     /// Kind of lamp.
     pub lamp: Option<PartLamp>,
+}
+
+/// A mesh of a type, with its material.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Drawn {
+    /// The mesh.
+    pub mesh: MeshId,
+    /// The material.
+    pub material: MaterialId,
+    /// The material in each of the type's paints; empty where it is not painted.
+    pub painted: Vec<MaterialId>,
 }
 
 /// A lamp of a type: the kind, its light, and its glass while it is on.
@@ -122,9 +136,16 @@ fn first_switches(world: &World, entity: Entity) -> Switches {
 impl Part {
     fn spawn(&self, world: &mut World, vehicle: Vehicle, root: Entity, parent: Entity, switches: Switches) -> Entity {
         let mut entity = world.spawn((self.rest, ChildOf(parent)));
+        let in_paint = |painted: &[MaterialId], plain: MaterialId| {
+            painted.get(vehicle.paint as usize % painted.len().max(1)).copied().unwrap_or(plain)
+        };
         if let Some((mesh, plain)) = self.drawn {
-            let paint = self.painted.get(vehicle.paint as usize % self.painted.len().max(1));
-            entity.insert((mesh, paint.copied().unwrap_or(plain)));
+            entity.insert((mesh, in_paint(&self.painted, plain)));
+        }
+        let part = entity.id();
+        for Drawn { mesh, material, painted } in &self.proxies {
+            let drawn = (*mesh, in_paint(painted, *material));
+            entity.world_scope(|world| _ = world.spawn((drawn, Transform::IDENTITY, ChildOf(part), PieceOf(part))));
         }
         if let Some(movement) = self.movement {
             entity.insert(MovingPart { vehicle: root, movement, rest: self.rest.rotation });

@@ -146,7 +146,11 @@ fn the_structs_of_culling_mirror_the_renderers() {
             pad0
         }
     );
-    assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, half_extents, pad0, errors });
+    assert_mirrored!(
+        &module,
+        "CullBatch",
+        CullBatchRecord { center, radius, half_extents, pad0, level_center, level_radius, errors }
+    );
     assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
 }
 

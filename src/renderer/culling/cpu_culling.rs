@@ -8,10 +8,10 @@
 use super::cull::{DirectDraws, SLICES};
 use super::indirect_draws::Draw;
 use super::slot_set::SlotSet;
-use crate::renderer::resources::meshes::Meshes;
+use crate::renderer::resources::meshes::{MeshRange, Meshes};
 use glam::{Affine3A, Mat3A, Mat4, Vec3A, Vec4};
 use systems::assets::Level;
-use systems::assets::levels::LevelOfDetail;
+use systems::assets::levels::{LevelOfDetail, MOST_LEVELS};
 use systems::draw::{FrameData, InstanceRecord, PAGE_SLOTS, Projection, View, in_frustum};
 use systems::space::Sphere;
 
@@ -26,8 +26,8 @@ const MOST_OBJECTS: u32 = 2048;
 pub(crate) struct CpuCulling {
     /// In the order of batches, pages and slots.
     objects: Vec<Object>,
-    /// By batch.
-    batches: Vec<Levels>,
+    /// Levels of detail of the batches' meshes.
+    batches: Vec<Vec<Level>>,
 }
 
 #[derive(Debug)]
@@ -36,16 +36,10 @@ struct Object {
     batch: usize,
     /// World space; as large as its mesh's, which may lie far from its own origin, with room for rounding.
     bounds: Sphere,
+    /// The sphere that its level of detail is chosen by, world space.
+    level_bounds: Sphere,
     /// Largest scale of its `world_from_object`.
     scale: f32,
-}
-
-/// The levels of detail of a batch's mesh.
-#[derive(Debug)]
-struct Levels {
-    levels: Vec<Level>,
-    /// Draws of the batches before it, where each level is one.
-    first_draw: usize,
 }
 
 impl CpuCulling {
@@ -59,7 +53,7 @@ impl CpuCulling {
         let list = frame.list;
         let is_used = |slot: u32| is_among(slot) && is_used(frame, slot);
         let mut few = Self { objects: Vec::new(), batches: Vec::new() };
-        let (mut draws, mut room) = (0, Vec::new());
+        let mut room = Vec::new();
         for batch in &list.batches {
             // As `IndirectDraws::update` passes over them.
             let Some(mesh) = meshes.range(batch.key.mesh) else { continue };
@@ -70,29 +64,29 @@ impl CpuCulling {
                 let slots = slots.start..last.map_or(slots.start, |last| last + 1);
                 let records = frame.instances.read(std::slice::from_ref(&slots), &mut room);
                 let objects = slots.zip(records).filter(|(slot, _)| is_used(*slot));
-                few.objects
-                    .extend(objects.map(|(slot, record)| Object::new(slot, few.batches.len(), record, mesh.bounds)));
+                few.objects.extend(objects.map(|(slot, record)| Object::new(slot, few.batches.len(), record, mesh)));
             }
-            few.batches.push(Levels { levels: mesh.levels.clone(), first_draw: draws });
-            draws += mesh.levels.len();
+            few.batches.push(mesh.levels.clone());
         }
         few
     }
 
-    /// Visible draws of a view; `draws`: all draws, those of a batch's levels of detail one after another, or the first
-    /// alone; `only`: slots of the objects that may be drawn, `None`: all.
+    /// Visible draws of a view; `draws`: all draws, of each level of detail that has triangles, or of the first alone;
+    /// `only`: slots of the objects that may be drawn, `None`: all.
     pub fn visible(&self, view: &View, levels: &LevelOfDetail, draws: &[Draw], only: Option<&SlotSet>) -> DirectDraws {
         let planes = view.frustum_planes();
         let pixels_at_1m = view.pixels_at_1m();
         let is_parallel = matches!(view.camera.projection, Projection::Orthographic { .. });
+        let mut of_levels = vec![[None; MOST_LEVELS]; self.batches.len()];
+        draws.iter().enumerate().for_each(|(place, draw)| of_levels[draw.batch][draw.level as usize] = Some(place));
         let mut visible: Vec<(usize, u32, u32)> = Vec::with_capacity(self.objects.len());
         let is_meant = |object: &&Object| only.is_none_or(|only| only.has(object.slot));
         for object in self.objects.iter().filter(is_meant).filter(|object| in_frustum(&planes, object.bounds)) {
-            let batch = &self.batches[object.batch];
+            let Sphere { center, radius } = object.level_bounds;
+            let nearest = if is_parallel { 1.0 } else { center.distance(view.eye()) - radius };
+            let level = levels.choose(&self.batches[object.batch], object.scale, nearest, pixels_at_1m);
+            let Some(draw) = of_levels[object.batch][level] else { continue };
             let offset = object.bounds.center - view.eye();
-            let nearest = if is_parallel { 1.0 } else { offset.length() - object.bounds.radius };
-            let level = levels.choose(&batch.levels, object.scale, nearest, pixels_at_1m);
-            let draw = if levels.enabled { batch.first_draw + level } else { object.batch };
             let distance = if is_parallel { offset.dot(view.direction()) } else { offset.length() };
             visible.push((draw, slice(distance), object.slot | if level > 0 { COARSE } else { 0 }));
         }
@@ -114,15 +108,19 @@ fn is_used(frame: &FrameData<'_>, slot: u32) -> bool {
 }
 
 impl Object {
-    fn new(slot: u32, batch: usize, record: &InstanceRecord, mesh: Sphere) -> Self {
+    fn new(slot: u32, batch: usize, record: &InstanceRecord, mesh: &MeshRange) -> Self {
         let rows = record.world_from_object.map(Vec4::from_array);
         let [x, y, z, origin] = Mat4::from_cols(rows[0], rows[1], rows[2], Vec4::W).transpose().to_cols_array_2d();
         let column = |[x, y, z, _]: [f32; 4]| Vec3A::new(x, y, z);
         let matrix3 = Mat3A::from_cols(column(x), column(y), column(z));
-        let unit = Sphere { center: mesh.center, radius: 1.0 };
-        let Sphere { center, radius: scale } = unit.transformed(&Affine3A { matrix3, translation: column(origin) });
-        let bounds = Sphere { center, radius: scale * (mesh.radius + 1e-6 * mesh.center.length()) };
-        Self { slot, batch, bounds, scale }
+        let place = Affine3A { matrix3, translation: column(origin) };
+        let Sphere { center, radius } = mesh.bounds;
+        let unit = Sphere { center, radius: 1.0 };
+        let Sphere { center: middle, radius: scale } = unit.transformed(&place);
+        let bounds = Sphere { center: middle, radius: scale * (radius + 1e-6 * center.length()) };
+        let level_bounds =
+            if mesh.level_bounds == mesh.bounds { bounds } else { mesh.level_bounds.transformed(&place) };
+        Self { slot, batch, bounds, level_bounds, scale }
     }
 }
 

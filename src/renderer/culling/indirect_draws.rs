@@ -31,6 +31,10 @@ pub struct CullBatchRecord {
     pub half_extents: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad0: u32,
+    /// Centre of the sphere that levels of detail are chosen by, object space.
+    pub level_center: [f32; 3],
+    /// Radius of the sphere that levels of detail are chosen by, object space.
+    pub level_radius: f32,
     /// Error of each level of detail, metres in object space; beyond any measure where there is none.
     pub errors: [f32; MOST_LEVELS],
 }
@@ -53,6 +57,10 @@ pub struct CullDrawRecord {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draw {
     pub key: BatchKey,
+    /// Number of its batch among those whose mesh is uploaded.
+    pub batch: usize,
+    /// Level of detail.
+    pub level: u32,
     /// Arguments of the draw, except first instance and instance count, which culling fills in.
     pub indirect: DrawIndexedIndirectArgs,
     /// Start of its slots in the list of visible ones, in the early phase.
@@ -125,8 +133,11 @@ impl IndirectDraws {
             errors.iter_mut().zip(its_levels).for_each(|(error, level)| *error = level.error);
             let (center, radius) = (mesh.bounds.center.to_array(), mesh.bounds.radius);
             let half_extents = mesh.half_extents.to_array();
-            batches.push(CullBatchRecord { center, radius, half_extents, pad0: 0, errors });
-            for (number, level) in (0..).zip(its_levels) {
+            let (level_center, level_radius) = (mesh.level_bounds.center.to_array(), mesh.level_bounds.radius);
+            let spheres = CullBatchRecord { center, radius, half_extents, level_center, level_radius, pad0: 0, errors };
+            let place = batches.len();
+            batches.push(spheres);
+            for (number, level) in (0..).zip(its_levels).filter(|(_, level)| level.index_count > 0) {
                 let first_entry = entries.len() as u32;
                 let first_visible = first_entry * PAGE_SLOTS;
                 entries.extend(its_pages.iter().map(|&page| [page, draws.len() as u32]));
@@ -139,7 +150,7 @@ impl IndirectDraws {
                     base_vertex: mesh.base_vertex(),
                     first_instance: 0,
                 };
-                self.list.push(Draw { key: batch.key, indirect, first_visible });
+                self.list.push(Draw { key: batch.key, batch: place, level: number, indirect, first_visible });
             }
         }
         (self.page_count, self.entry_count) = (pages.len() as u32, entries.len() as u32);

@@ -2,6 +2,7 @@
 //!
 //! Each world has device buffers of its own: no write for one changes what was encoded for another.
 
+use super::measured::{DrawnPlans, has_levels};
 use super::renderer::Renderer;
 use super::view_batches::ViewBatches;
 use crate::renderer::gpu::error::RenderError;
@@ -32,31 +33,35 @@ impl Renderer {
         lend: &mut Lend<'_>,
     ) -> Result<Vec<Vec<Outputs>>, RenderError> {
         batches.begin();
-        let mut results: Vec<Vec<Option<Outputs>>> =
-            worlds.iter().map(|plans| plans.iter().map(|_| None).collect()).collect();
+        let mut results: Vec<Vec<Option<Outputs>>> = Vec::new();
+        let mut all_drawn = Vec::new();
         // By world, whether the shadows of all its views find room beside each other.
         let mut tone_maps = Vec::new();
         let mut open = Vec::new();
         for (world, plans) in worlds.iter().enumerate() {
-            let (mut tone_map, mut have_room) = (ToneMap::default(), true);
+            let (mut tone_map, mut have_room, mut with_levels) = (ToneMap::default(), true, false);
             lend(world, &mut |frame| {
                 tone_map = frame.list.environment.tone_map;
                 have_room = views_with_room(frame, &plans.iter().collect::<Vec<_>>()) >= plans.len();
+                with_levels = has_levels(frame);
                 Ok(())
             })?;
             tone_maps.push(tone_map);
+            let drawn = DrawnPlans::new(plans, with_levels);
+            results.push(drawn.plans.iter().map(|_| None).collect());
             if have_room {
-                open.extend((0..plans.len()).map(|plan| (world, plan)));
+                open.extend((0..drawn.plans.len()).map(|plan| (world, plan)));
             } else {
-                let mut drawn = Vec::new();
                 lend(world, &mut |frame| {
-                    drawn = self.draw_views(frame, batches, plans)?;
+                    let outputs = self.draw_views(frame, batches, &drawn.plans)?;
+                    results[world] = outputs.into_iter().map(Some).collect();
                     Ok(())
                 })?;
-                results[world] = drawn.into_iter().map(Some).collect();
             }
+            all_drawn.push(drawn);
         }
-        let key_of = |&(world, plan): &(usize, usize)| (ViewBatchKey::of(&worlds[world][plan]), tone_maps[world]);
+        let plan_of = |world: usize, plan: usize| &all_drawn[world].plans[plan];
+        let key_of = |&(world, plan): &(usize, usize)| (ViewBatchKey::of(plan_of(world, plan)), tone_maps[world]);
         while let Some(first) = open.first() {
             let key = key_of(first);
             let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);
@@ -64,7 +69,7 @@ impl Renderer {
             for now in alike.chunks(key.0.most_views(&self.gpu)) {
                 let drawn = self.draw_batch(batches, key.0, now.len(), &mut |batch| {
                     for views in now.chunk_by(|a, b| a.0 == b.0) {
-                        let plans = views.iter().map(|&(world, plan)| (worlds[world][plan].clone(), None)).collect();
+                        let plans = views.iter().map(|&(world, plan)| (plan_of(world, plan).clone(), None)).collect();
                         let mut plans = Some(plans);
                         lend(views[0].0, &mut |frame| batch.encode(frame, plans.take().unwrap_or_default()))?;
                     }
@@ -75,6 +80,7 @@ impl Renderer {
         }
         batches.end();
         self.gpu.check()?;
-        Ok(results.into_iter().map(|world| world.into_iter().flatten().collect()).collect())
+        let joined = all_drawn.iter().zip(results);
+        Ok(joined.map(|(drawn, outputs)| drawn.join(outputs.into_iter().flatten().collect())).collect())
     }
 }

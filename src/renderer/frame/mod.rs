@@ -5,6 +5,7 @@ mod batch_encoder;
 mod draw_outputs;
 mod encode;
 pub(crate) mod many_worlds;
+mod measured;
 mod objects;
 pub(crate) mod renderer;
 pub(crate) mod single_view;

@@ -12,6 +12,7 @@
 //! coordinates and planes round. In layers a view's bits are those that it has alone, whatever is drawn beside it.
 
 use super::batch_encoder::BatchEncoder;
+use super::measured::{DrawnPlans, has_levels};
 use super::objects::Encoded;
 use super::renderer::Renderer;
 use crate::renderer::culling::slot_set::SlotSet;
@@ -126,6 +127,8 @@ impl Renderer {
         only: &[Arc<SlotSet>],
     ) -> Result<Vec<Outputs>, RenderError> {
         batches.begin();
+        let drawn = DrawnPlans::new(plans, has_levels(frame));
+        let plans = &drawn.plans;
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
         while let Some(&first) = open.first() {
@@ -138,16 +141,17 @@ impl Renderer {
                 let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
                 let (now, later) = rest.split_at(views_with_room(frame, &asked));
                 rest = later;
-                let mut views = Some(now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect());
-                let drawn = self.draw_batch(batches, key, now.len(), &mut |batch| {
+                let mut views =
+                    Some(now.iter().map(|&i| (plans[i].clone(), only.get(drawn.asked[i]).cloned())).collect());
+                let outputs = self.draw_batch(batches, key, now.len(), &mut |batch| {
                     batch.encode(frame, views.take().unwrap_or_default())
                 })?;
-                now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
+                now.iter().zip(outputs).for_each(|(&i, outputs)| results[i] = Some(outputs));
             }
         }
         batches.end();
         self.gpu.check()?;
-        Ok(results.into_iter().flatten().collect())
+        Ok(drawn.join(results.into_iter().flatten().collect()))
     }
 
     /// Draws so many views of a kind, which `encode` encodes, and reads them back.

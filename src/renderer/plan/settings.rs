@@ -155,6 +155,9 @@ pub struct Settings {
     pub debug: DebugView,
     /// Levels of detail of distant meshes.
     pub levels: LevelOfDetail,
+    /// Depths, normals and ids are of every mesh as it is, also where the picture is of other levels. Those of
+    /// [`Renderer::draw_views`](crate::renderer::Renderer::draw_views) and its like.
+    pub measures_whole: bool,
     /// Samples per pixel: 4, or 1 for comparing single samples.
     pub samples: u32,
     /// Specular antialiasing: highlights are as much wider as the normals within a pixel spread, those of bumps that
@@ -164,7 +167,7 @@ pub struct Settings {
     pub picked_entity: Option<u32>,
     /// Occlusion culling.
     pub occlusion: Occlusion,
-    /// Worlds of at most 512 objects and no cells are culled on the CPU: for small pictures, whose culling would take
+    /// Worlds of at most 2,048 objects and no cells are culled on the CPU: for small pictures, whose culling would take
     /// the GPU longer than their drawing. What is drawn is the same.
     pub few_on_cpu: bool,
     /// Point lights and spots that may have a shadow map at once: the most important ones of those that cast shadows.
@@ -195,6 +198,7 @@ impl Default for Settings {
             technique: None,
             debug: DebugView::Off,
             levels: LevelOfDetail::default(),
+            measures_whole: false,
             samples: 4,
             specular_aa: true,
             picked_entity: None,

@@ -44,6 +44,8 @@ pub(crate) struct MeshRange {
     indices: Range<u64>,
     /// Object space.
     pub bounds: Sphere,
+    /// Sphere from whose nearest point distances are taken that levels are chosen by, object space.
+    pub level_bounds: Sphere,
     /// Half extents of its bounding box, whose centre is the sphere's, object space.
     pub half_extents: Vec3,
     /// Levels of detail, the mesh itself first; their indices counted from [`Self::first_index`].
@@ -146,8 +148,8 @@ impl Meshes {
             let (aabb, slot) = (mesh.aabb(), id.slot() as usize);
             let half_extents = (aabb.max - aabb.min) * 0.5;
             self.ranges.resize(self.ranges.len().max(slot + 1), None);
-            let (bounds, levels) = (entry.bounds, entry.levels.clone());
-            self.ranges[slot] = Some(MeshRange { id, vertices, indices, bounds, half_extents, levels });
+            let (bounds, level_bounds, levels) = (entry.bounds, entry.level_bounds, entry.levels.clone());
+            self.ranges[slot] = Some(MeshRange { id, vertices, indices, bounds, level_bounds, half_extents, levels });
             self.version += 1;
         }
         Ok(written + self.vertices.write(gpu, &mut new_vertices) + self.indices.write(gpu, &mut new_indices))

@@ -309,7 +309,11 @@ fn face_caster(caster: &ShadowCaster, light: &LayerLight, face: &Face, meshes: &
     let range = meshes.range(mesh)?;
     let m = world_from_object.matrix3;
     let stretch = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+    let (distance, texels) = light.detail(face, range.level_bounds.transformed(&world_from_object));
     let level = DETAIL.choose(&range.levels, stretch, distance, texels) as u32;
+    if range.levels.get(level as usize).is_none_or(|level| level.index_count == 0) {
+        return None;
+    }
     let is_mask = pipeline.alpha == AlphaMode::Mask;
     let key = is_mask.then_some((class, (pipeline.transformed_uvs, pipeline.vertex_colors)));
     let place = [m.x_axis, m.y_axis, m.z_axis, world_from_object.translation].map(Vec3::from);

@@ -15,6 +15,7 @@ use std::collections::HashMap;
 use systems::assets::{Library, Material, MaterialId};
 use systems::space::Transform;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
+use systems::vehicles::proxies::add_proxies;
 use systems::vehicles::types::{self, Limits, VehicleType};
 
 /// A checked type, with its materials in the library. `warnings` are added to.
@@ -312,7 +313,8 @@ impl Builder<'_> {
         })
     }
 
-    fn finish(self) -> VehicleType {
+    fn finish(mut self) -> VehicleType {
+        add_proxies(&mut self.parts, self.library);
         let s = self.source;
         let named = |node: &str| self.model.nodes.iter().position(|n| n.name == node);
         let trailer = s.trailer.as_ref().and_then(|trailer| Some((trailer, named(&trailer.node)?)));

@@ -11,7 +11,6 @@ use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use systems::assets::levels::LevelOfDetail;
 use systems::draw::{Environment, View};
 use systems::sensors::philox::Noise;
 use systems::sensors::{CameraOutput, CameraSensor};
@@ -43,9 +42,9 @@ impl CameraPlan {
             id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic, Boxes, Flow, FlowBack]),
         };
         // What is measured is of the meshes themselves, as rays meet them; levels of detail are for the eye.
-        let measures = outputs.depth || outputs.normal || outputs.id;
-        let levels = if measures { LevelOfDetail::OFF } else { settings.levels };
-        let settings = Settings { samples: sensor.samples, outputs, levels, few_on_cpu: true, ..*settings }.for_files();
+        let settings =
+            Settings { samples: sensor.samples, outputs, measures_whole: true, few_on_cpu: true, ..*settings }
+                .for_files();
         Self { whole: ViewPlan { view, settings }, map }
     }
 

@@ -1,14 +1,17 @@
 //! Meshes and materials as rays meet them, kept from one capture to the next as long as they are the same.
 
-use super::texels::Texture;
 use crate::triangle_tree::TriangleTree;
 use glam::{Affine2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use systems::assets::texels::Texture;
 use systems::assets::{AlphaMode, ImageId, Library, Mesh, MeshId, Revisions, Sampler};
 use systems::ecs::parallel::map_in_parallel;
 use systems::lights::LUMINANCE;
 use systems::space::Aabb;
+
+/// Texels along a side of the maps that rays read.
+const MOST_TEXELS: u32 = 1024;
 
 /// A mesh, level 0 of its levels of detail.
 pub struct RayMesh {
@@ -160,7 +163,7 @@ impl RayMeshes {
         }
         // As drawn: an image that is not there is white.
         let image = library.image(id).or_else(|| library.image(ImageId::WHITE_COLOR))?;
-        let texture = Arc::new(Texture::new(image)?);
+        let texture = Arc::new(Texture::new(image, MOST_TEXELS)?);
         self.textures.insert(id, (library.image_revision(id).unwrap_or_default(), texture.clone()));
         Some(texture)
     }

@@ -5,4 +5,3 @@ pub mod lidar;
 mod meshes;
 pub(crate) mod objects;
 pub(crate) mod scene;
-mod texels;

@@ -14,7 +14,7 @@ use systems::Simulation;
 #[derive(Default)]
 pub struct SensorSuite {
     /// Settings of cameras, but for what a sensor says itself: samples and outputs. Levels of detail are those of
-    /// cameras of colours alone; others draw every mesh as it is.
+    /// colours; all else is measured of every mesh as it is.
     pub settings: Settings,
     drawing: Drawing,
     own: WorldSensors,

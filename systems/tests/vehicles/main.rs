@@ -6,6 +6,7 @@ mod external;
 mod parts;
 mod physics;
 mod precise;
+mod proxies;
 mod rules;
 mod traffic;
 

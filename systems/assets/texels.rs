@@ -1,15 +1,14 @@
-//! Colours and masks where rays meet surfaces: base maps on the CPU.
+//! Colours and masks of surfaces on the CPU: base maps as rays and stand-ins read them.
 //!
-//! A base map is read in the finest of its levels that has at most [`MOST_TEXELS`] along a side: a beam is wider than a
-//! texel nearly everywhere, and levels keep how much of a mask is open. It is filtered as its sampler says where a
-//! texel covers more than a pixel.
+//! A map is read in one level, the finest of a size that the reader says: a beam is wider than a texel nearly
+//! everywhere, and levels keep how much of a mask is open. It is filtered as its sampler says where a texel covers more
+//! than a pixel.
 
+use super::blocks;
+use super::color::{LINEAR_FROM_SRGB8, srgb_from_linear};
+use super::image::{Image, Texels, level_size};
+use super::material::{Filter, Sampler, Wrap};
 use glam::{Vec2, Vec4};
-use systems::assets::color::{LINEAR_FROM_SRGB8, srgb_from_linear};
-use systems::assets::{Filter, Image, Sampler, Texels, Wrap, blocks, level_size};
-
-/// Texels along a side of what is read.
-const MOST_TEXELS: u32 = 1024;
 
 /// An image as rays read it.
 #[derive(Debug)]
@@ -21,10 +20,10 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Texture of a base map; `None` where the image has lost its texels.
-    pub fn new(image: &Image) -> Option<Self> {
+    /// Texture of a map, of at most so many texels along a side; `None` where the image has lost its texels.
+    pub fn new(image: &Image, most: u32) -> Option<Self> {
         let sizes = (0..).zip(&image.levels).map(|(i, level)| (level_size(image.width, image.height, i), level));
-        let ((width, height), level) = sizes.into_iter().find(|((w, h), _)| *w.max(h) <= MOST_TEXELS)?;
+        let ((width, height), level) = sizes.into_iter().find(|((w, h), _)| *w.max(h) <= most)?;
         let bytes = match image.texels {
             Texels::Rgba8 => level.clone(),
             Texels::Bc7 => blocks::decode(level, width, height),
@@ -93,13 +92,13 @@ fn wrapped(at: f32, side: u32, wrap: Wrap) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use systems::assets::ImageKind;
+    use crate::assets::image::ImageKind;
 
     #[test]
     fn texels_are_read_as_samplers_say() {
         // Black, white.
         let image = Image::rgba8("steps", 2, 1, ImageKind::Color, vec![0, 0, 0, 255, 255, 255, 255, 255]);
-        let texture = Texture::new(&image).expect("texels");
+        let texture = Texture::new(&image, 1024).expect("texels");
         let sampler = |wrap, mag| Sampler { wrap_u: wrap, wrap_v: wrap, mag, ..Sampler::default() };
         let red = |u: f32, wrap, mag| texture.sample(Vec2::new(u, 0.5), &sampler(wrap, mag)).x;
         // Centres of texels, and half-way between them.
@@ -125,7 +124,7 @@ mod tests {
         let linear = (color * 255.0 + 0.5).to_array().map(|value| value as u8);
         let data = Image::rgba8("data", 4, 4, ImageKind::Data, linear.repeat(16));
         for image in [half_floats, plain, packed, data] {
-            let found = Texture::new(&image).expect("texels").sample(Vec2::splat(0.4), &Sampler::default());
+            let found = Texture::new(&image, 1024).expect("texels").sample(Vec2::splat(0.4), &Sampler::default());
             // A byte of sRGB is at most 0.009 of linear light; two of them for what was stored twice, and by BC7.
             assert!(found.abs_diff_eq(color, 0.018), "{}: {found}", image.name);
         }
@@ -134,9 +133,9 @@ mod tests {
     #[test]
     fn large_images_are_read_in_a_smaller_level_and_released_ones_not_at_all() {
         let mut image = Image::rgba8("large", 2048, 4, ImageKind::Color, vec![255; 2048 * 4 * 4]);
-        let texture = Texture::new(&image).expect("texels");
+        let texture = Texture::new(&image, 1024).expect("texels");
         assert_eq!((texture.width, texture.height), (1024, 2));
         image.levels.clear();
-        assert!(Texture::new(&image).is_none());
+        assert!(Texture::new(&image, 1024).is_none());
     }
 }

@@ -1,0 +1,217 @@
+//! Proxies: a mesh of few triangles in the place of a model's many meshes, where all of them are small in the picture.
+//!
+//! A mesh by itself keeps some triangles in its coarsest level, and its open borders. A model has dozens of meshes, and
+//! they have dozens of parts that are not connected: thousands of triangles, however far away it is. [`join`] simplifies
+//! all of them as one, without regard to their maps. Their colours become colours of vertices (hierarchical levels of
+//! detail: Erikson, Manocha, Baxter, "HLODs for Faster Display of Large Static and Dynamic Environments", I3D 2001).
+//!
+//! Nothing chooses between a proxy and its members but their levels of detail. The first level of a proxy is empty; so
+//! is the last one of a member ([`MeshEntry::ends_at`]). All go by the distance to one sphere
+//! ([`MeshEntry::level_bounds`]) and by the same error, so that one or the other is drawn.
+
+use super::levels::{FARTHEST, MOST_LEVELS};
+use super::mesh::{Level, Mesh, MeshEntry};
+use crate::space::bounds::Sphere;
+use glam::{Affine3A, Vec3, Vec3A, Vec4};
+use meshopt::{
+    SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify_scale, simplify_sloppy,
+    simplify_with_attributes_and_locks,
+};
+
+/// Triangles that levels of a proxy are to have.
+const TARGETS: [usize; 8] = [1600, 800, 400, 200, 100, 50, 24, 12];
+/// Triangles of all members below which a proxy is not worth its memory.
+const FEWEST_TO_JOIN: usize = 256;
+/// Triangles of a level at least: fewer enclose nothing.
+const FEWEST: usize = 4;
+/// A level that keeps more than this part of the one before is not worth its memory.
+const WORTHWHILE: f64 = 0.75;
+/// Error of the coarsest level, as a part of the longest side.
+const MOST_ERROR: f32 = 0.25;
+/// Weight of a difference of normals, and of colours; see [`super::levels`]. Smaller than there: what a proxy is drawn
+/// for is small.
+const NORMAL_WEIGHT: f32 = 0.05;
+const COLOR_WEIGHT: f32 = 0.1;
+
+/// A mesh that a proxy is made of.
+pub struct Member<'a> {
+    /// The mesh, with normals.
+    pub mesh: &'a Mesh,
+    /// Its place at rest.
+    pub proxy_from_mesh: Affine3A,
+    /// Colour of each of its vertices, linear RGB in 0..1.
+    pub colors: Vec<Vec3>,
+    /// Number of its surface: what is drawn with the same material in the proxy.
+    pub surface: usize,
+}
+
+/// Result of [`join`].
+#[derive(Debug)]
+pub struct Proxy {
+    /// A mesh for each surface, in the proxy's space.
+    pub surfaces: Vec<MeshEntry>,
+    /// The sphere around all members at rest, by which levels are chosen; the proxy's space.
+    pub bounds: Sphere,
+    /// Error of its first level, metres: where that is allowed, it is drawn in the place of its members.
+    pub error: f32,
+}
+
+/// Joins meshes to a proxy of so many surfaces; `None` where that would save nothing.
+pub fn join(members: &[Member<'_>], surfaces: usize) -> Option<Proxy> {
+    let joined = Joined::new(members)?;
+    let bounds = Sphere::around(&joined.positions);
+    let levels = joined.levels(bounds)?;
+    let error = levels.first()?.error;
+    let surfaces = (0..surfaces).map(|surface| joined.surface(surface, &levels, bounds)).collect();
+    Some(Proxy { surfaces, bounds, error })
+}
+
+/// All members as one mesh.
+struct Joined {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    colors: Vec<Vec3>,
+    /// By vertex.
+    surfaces: Vec<usize>,
+    indices: Vec<u32>,
+}
+
+/// A level of all surfaces.
+struct JoinedLevel {
+    indices: Vec<u32>,
+    error: f32,
+    /// Its faces are flat: normals of the vertices, which are not neighbours, say nothing.
+    is_flat: bool,
+}
+
+impl Joined {
+    /// `None` where a mesh is not one that can be simplified.
+    fn new(members: &[Member<'_>]) -> Option<Self> {
+        let mut joined = Self { positions: vec![], normals: vec![], colors: vec![], surfaces: vec![], indices: vec![] };
+        for Member { mesh, proxy_from_mesh, colors, surface } in members {
+            let count = mesh.positions.len();
+            let is_valid = mesh.normals.len() == count
+                && colors.len() == count
+                && mesh.indices.len().is_multiple_of(3)
+                && mesh.indices.iter().all(|&index| (index as usize) < count);
+            if !is_valid {
+                return None;
+            }
+            let first = joined.positions.len() as u32;
+            let matrix = proxy_from_mesh.matrix3;
+            let normals = matrix.inverse().transpose();
+            joined.positions.extend(mesh.positions.iter().map(|&at| proxy_from_mesh.transform_point3(at)));
+            joined
+                .normals
+                .extend(mesh.normals.iter().map(|&n| Vec3::from((normals * Vec3A::from(n)).normalize_or_zero())));
+            joined.colors.extend(colors);
+            joined.surfaces.resize(joined.positions.len(), *surface);
+            let is_mirrored = matrix.determinant() < 0.0;
+            let turned = |&[a, b, c]: &[u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
+            let triangles = mesh.indices.as_chunks::<3>().0.iter().map(turned);
+            joined.indices.extend(triangles.flatten().map(|index| index + first));
+        }
+        let numbers = joined.positions.iter().chain(&joined.normals).chain(&joined.colors);
+        let is_finite = numbers.clone().all(|vector| vector.is_finite());
+        (is_finite && joined.indices.len() >= 3 * FEWEST_TO_JOIN).then_some(joined)
+    }
+
+    /// Levels in the order of their errors, each worth its memory; at most as many as a mesh may have beside an empty
+    /// one.
+    fn levels(&self, bounds: Sphere) -> Option<Vec<JoinedLevel>> {
+        let positions = bytemuck::cast_slice(&self.positions);
+        let vertices = VertexDataAdapter::new(positions, size_of::<Vec3>(), 0).ok()?;
+        let scale = simplify_scale(&vertices);
+        if !scale.is_normal() || !(scale * scale).is_normal() {
+            return None;
+        }
+        let attributes: Vec<f32> = self
+            .normals
+            .iter()
+            .zip(&self.colors)
+            .flat_map(|(n, c)| n.to_array().into_iter().chain(c.to_array()))
+            .collect();
+        let weights = [NORMAL_WEIGHT, NORMAL_WEIGHT, NORMAL_WEIGHT, COLOR_WEIGHT, COLOR_WEIGHT, COLOR_WEIGHT];
+        let free = vec![SimplifyVertex::None; self.positions.len()];
+        let by_edges = |target: usize| {
+            let options = SimplifyOptions::Permissive | SimplifyOptions::Prune;
+            let stride = size_of_val(&weights);
+            let mut error = 0.0;
+            let indices = simplify_with_attributes_and_locks(
+                &self.indices,
+                &vertices,
+                &attributes,
+                &weights,
+                stride,
+                &free,
+                3 * target,
+                MOST_ERROR,
+                options,
+                Some(&mut error),
+            );
+            JoinedLevel { indices, error: error * scale * FARTHEST, is_flat: false }
+        };
+        let by_cells = |target: usize| {
+            let mut error = 0.0;
+            let indices = simplify_sloppy(&self.indices, &vertices, 3 * target, MOST_ERROR, Some(&mut error));
+            JoinedLevel { indices, error: error * scale * FARTHEST, is_flat: true }
+        };
+        let mut found: Vec<JoinedLevel> =
+            TARGETS.into_iter().flat_map(|target| [by_edges(target), by_cells(target)]).collect();
+        found.retain(|level| level.indices.len() >= 3 * FEWEST && level.error <= MOST_ERROR * 2.0 * bounds.radius);
+        found.sort_by(|a, b| a.error.total_cmp(&b.error).then(a.indices.len().cmp(&b.indices.len())));
+        let mut levels: Vec<JoinedLevel> = Vec::new();
+        for level in found {
+            let before = levels.last().map_or(self.indices.len(), |finer| finer.indices.len());
+            if level.indices.len() as f64 <= WORTHWHILE * before as f64 {
+                levels.push(level);
+            }
+        }
+        // The coarsest ones are worth most.
+        levels.drain(..levels.len().saturating_sub(MOST_LEVELS - 1));
+        Some(levels)
+    }
+
+    /// The triangles of a surface in each level, as a mesh whose first level is empty.
+    fn surface(&self, surface: usize, levels: &[JoinedLevel], bounds: Sphere) -> MeshEntry {
+        let mut mesh = Mesh { name: "proxy".into(), ..Mesh::default() };
+        let mut placed = vec![None; self.positions.len()];
+        let own: Vec<Vec3> =
+            self.colors.iter().zip(&self.surfaces).filter(|(_, of)| **of == surface).map(|(color, _)| *color).collect();
+        let mean = own.iter().sum::<Vec3>() / own.len().max(1) as f32;
+        let color = |vertex: usize| if self.surfaces[vertex] == surface { self.colors[vertex] } else { mean };
+        let (mut entry_levels, mut indices) = (vec![Level { first_index: 0, index_count: 0, error: 0.0 }], Vec::new());
+        for level in levels {
+            let first_index = indices.len() as u32;
+            for triangle in level.indices.as_chunks::<3>().0 {
+                let corners = triangle.map(|index| index as usize);
+                if self.surface_of(corners) != surface {
+                    continue;
+                }
+                let [a, b, c] = corners.map(|corner| self.positions[corner]);
+                let face = (b - a).cross(c - a).normalize_or_zero();
+                for corner in corners {
+                    let new = mesh.positions.len() as u32;
+                    let vertex = if level.is_flat { new } else { *placed[corner].get_or_insert(new) };
+                    if vertex == new {
+                        mesh.positions.push(self.positions[corner]);
+                        mesh.normals.push(if level.is_flat { face } else { self.normals[corner] });
+                        mesh.colors.push(color(corner).clamp(Vec3::ZERO, Vec3::ONE).extend(1.0));
+                    }
+                    indices.push(vertex);
+                }
+            }
+            let index_count = indices.len() as u32 - first_index;
+            entry_levels.push(Level { first_index, index_count, error: level.error });
+        }
+        // What sets tangents would look for maps.
+        mesh.tangents = vec![Vec4::new(1.0, 0.0, 0.0, 1.0); mesh.positions.len()];
+        MeshEntry::of_levels(mesh, entry_levels, indices, bounds)
+    }
+
+    /// The surface of most corners of a triangle.
+    fn surface_of(&self, corners: [usize; 3]) -> usize {
+        let [a, b, c] = corners.map(|corner| self.surfaces[corner]);
+        if b == c { b } else { a }
+    }
+}
