@@ -65,6 +65,12 @@ fn unit_or(v: vec3f, otherwise: vec3f) -> vec3f {
     return select(otherwise, v * inverseSqrt(max(squared, 1e-38)), squared > 1e-38);
 }
 
+// A vertex from the eye, along the world's axes.
+fn from_eye(rows: array<vec4f, 3>, position: vec3f) -> vec3f {
+    let turned = vec3f(dot(rows[0].xyz, position), dot(rows[1].xyz, position), dot(rows[2].xyz, position));
+    return turned + (vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye);
+}
+
 fn transformed(in: VertexIn) -> VertexOut {
     let rows = load_world_from_object(in.slot);
     // Normals go by the cofactor matrix: det · inverse transpose, its columns cross products of the rows' columns.
@@ -77,9 +83,7 @@ fn transformed(in: VertexIn) -> VertexOut {
     let normal = handedness * (y_z * in.normal.x + cross(z, x) * in.normal.y + cross(x, y) * in.normal.z);
     let tangent = x * in.tangent.x + y * in.tangent.y + z * in.tangent.z;
     var out: VertexOut;
-    let turned = vec3f(dot(rows[0].xyz, in.position), dot(rows[1].xyz, in.position), dot(rows[2].xyz, in.position));
-    let eye_to_origin = vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye;
-    out.position = turned + eye_to_origin;
+    out.position = from_eye(rows, in.position);
     out.clip_position = view.clip_from_eye * vec4f(out.position, 1.0);
     out.normal = unit_or(normal, vec3f(0.0, 1.0, 0.0));
     out.tangent = vec4f(unit_or(tangent, vec3f(1.0, 0.0, 0.0)), in.tangent.w * handedness);
@@ -455,4 +459,21 @@ fn fs_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> Outputs {
 @fragment
 fn fs_z_correct_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> OutputsAndDepth {
     return outputs(in, front);
+}
+
+// Depths and ids alone, of what is opaque and has no depths of its own: neither maps nor normals are needed.
+struct PlacedVertex {
+    @invariant @builtin(position) clip_position: vec4f,
+    @location(0) @interpolate(flat) slot: u32,
+}
+
+@vertex
+fn vs_ids(@location(0) position: vec3f, @location(5) slot: u32) -> PlacedVertex {
+    let from_eye = from_eye(load_world_from_object(slot), position);
+    return PlacedVertex(view.clip_from_eye * vec4f(from_eye, 1.0), slot);
+}
+
+@fragment
+fn fs_ids(in: PlacedVertex) -> @location(1) u32 {
+    return load_instance(in.slot).entity + 1u;
 }

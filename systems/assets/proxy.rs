@@ -2,8 +2,9 @@
 //!
 //! A mesh by itself keeps some triangles in its coarsest level, and its open borders. A model has dozens of meshes, and
 //! they have dozens of parts that are not connected: thousands of triangles, however far away it is. [`join`] simplifies
-//! all of them as one, without regard to their maps. Their colours become colours of vertices (hierarchical levels of
-//! detail: Erikson, Manocha, Baxter, "HLODs for Faster Display of Large Static and Dynamic Environments", I3D 2001).
+//! all of them as one, without regard to their maps. Their colours become colours of vertices, of which there are more
+//! before ([`subdivided`]), so that a window that is only painted stays one (hierarchical levels of detail: Erikson,
+//! Manocha, Baxter, "HLODs for Faster Display of Large Static and Dynamic Environments", I3D 2001).
 //!
 //! Nothing chooses between a proxy and its members but their levels of detail. The first level of a proxy is empty; so
 //! is the last one of a member ([`MeshEntry::ends_at`]). All go by the distance to one sphere
@@ -12,16 +13,19 @@
 use super::levels::{FARTHEST, MOST_LEVELS};
 use super::mesh::{Level, Mesh, MeshEntry};
 use crate::space::bounds::Sphere;
-use glam::{Affine3A, Vec3, Vec3A, Vec4};
+use glam::{Affine3A, Vec2, Vec3, Vec3A, Vec4};
 use meshopt::{
     SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify_scale, simplify_sloppy,
     simplify_with_attributes_and_locks,
 };
+use std::collections::HashMap;
 
 /// Triangles that levels of a proxy are to have.
 const TARGETS: [usize; 8] = [1600, 800, 400, 200, 100, 50, 24, 12];
 /// Triangles of all members below which a proxy is not worth its memory.
 const FEWEST_TO_JOIN: usize = 256;
+/// Vertices at which a mesh is not subdivided any further.
+const MOST_VERTICES: usize = 1 << 16;
 /// Triangles of a level at least: fewer enclose nothing.
 const FEWEST: usize = 4;
 /// A level that keeps more than this part of the one before is not worth its memory.
@@ -31,12 +35,14 @@ const MOST_ERROR: f32 = 0.25;
 /// Weight of a difference of normals, and of colours; see [`super::levels`]. Smaller than there: what a proxy is drawn
 /// for is small.
 const NORMAL_WEIGHT: f32 = 0.05;
-const COLOR_WEIGHT: f32 = 0.1;
+/// Cells that vertices are joined in are as wide as their error and half as much again, and have one colour each.
+const COLORS_OF_CELLS: f32 = 1.5;
+const COLOR_WEIGHT: f32 = 0.4;
 
 /// A mesh that a proxy is made of.
-pub struct Member<'a> {
+pub struct Member {
     /// The mesh, with normals.
-    pub mesh: &'a Mesh,
+    pub mesh: Mesh,
     /// Its place at rest.
     pub proxy_from_mesh: Affine3A,
     /// Colour of each of its vertices, linear RGB in 0..1.
@@ -56,8 +62,45 @@ pub struct Proxy {
     pub error: f32,
 }
 
+/// Splits edges of a mesh in halves until none is longer, with positions, normals, UVs and colours between those of their ends.
+/// Neighbours split the edge that they share, so that nothing gapes.
+pub fn subdivided(mesh: &Mesh, longest: f32) -> Mesh {
+    let Mesh { positions, normals, uvs, colors, tangent_uv_set, indices, .. } = mesh.clone();
+    let mut fine = Mesh { positions, normals, uvs, colors, tangent_uv_set, ..Mesh::default() };
+    let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut open: Vec<[u32; 3]> = indices.as_chunks::<3>().0.to_vec();
+    while let Some(triangle) = open.pop() {
+        let place = |corner: usize| fine.positions.get(triangle[corner % 3] as usize).copied().unwrap_or_default();
+        let length = |corner: usize| place(corner).distance(place(corner + 1));
+        let Some(first) = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b))) else { continue };
+        if !(length(first) > longest) || fine.positions.len() >= MOST_VERTICES {
+            fine.indices.extend(triangle);
+            continue;
+        }
+        let [a, b, c] = [first, first + 1, first + 2].map(|corner| triangle[corner % 3]);
+        let middle = *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| add_middle(&mut fine, a, b));
+        open.extend([[a, middle, c], [middle, b, c]]);
+    }
+    fine
+}
+
+/// Adds the vertex half-way between two.
+fn add_middle(mesh: &mut Mesh, a: u32, b: u32) -> u32 {
+    let [a, b] = [a, b].map(|end| end as usize);
+    let between = |of: &[Vec3]| Some((*of.get(a)? + *of.get(b)?) / 2.0);
+    mesh.positions.extend(between(&mesh.positions));
+    mesh.normals.extend(between(&mesh.normals).map(Vec3::normalize_or_zero));
+    let color = mesh.colors.get(a).zip(mesh.colors.get(b)).map(|(a, b)| (*a + *b) / 2.0);
+    mesh.colors.extend(color);
+    for set in &mut mesh.uvs {
+        let middle: Option<Vec2> = set.get(a).zip(set.get(b)).map(|(a, b)| (*a + *b) / 2.0);
+        set.extend(middle);
+    }
+    mesh.positions.len() as u32 - 1
+}
+
 /// Joins meshes to a proxy of so many surfaces; `None` where that would save nothing.
-pub fn join(members: &[Member<'_>], surfaces: usize) -> Option<Proxy> {
+pub fn join(members: &[Member], surfaces: usize) -> Option<Proxy> {
     let joined = Joined::new(members)?;
     let bounds = Sphere::around(&joined.positions);
     let levels = joined.levels(bounds)?;
@@ -86,7 +129,7 @@ struct JoinedLevel {
 
 impl Joined {
     /// `None` where a mesh is not one that can be simplified.
-    fn new(members: &[Member<'_>]) -> Option<Self> {
+    fn new(members: &[Member]) -> Option<Self> {
         let mut joined = Self { positions: vec![], normals: vec![], colors: vec![], surfaces: vec![], indices: vec![] };
         for Member { mesh, proxy_from_mesh, colors, surface } in members {
             let count = mesh.positions.len();
@@ -154,7 +197,7 @@ impl Joined {
         let by_cells = |target: usize| {
             let mut error = 0.0;
             let indices = simplify_sloppy(&self.indices, &vertices, 3 * target, MOST_ERROR, Some(&mut error));
-            JoinedLevel { indices, error: error * scale * FARTHEST, is_flat: true }
+            JoinedLevel { indices, error: error * scale * FARTHEST * COLORS_OF_CELLS, is_flat: true }
         };
         let mut found: Vec<JoinedLevel> =
             TARGETS.into_iter().flat_map(|target| [by_edges(target), by_cells(target)]).collect();

@@ -9,7 +9,7 @@ use super::parts::{Drawn, Movement, Part};
 use crate::assets::library::Library;
 use crate::assets::material::{AlphaMode, Map, Material, MaterialId, Shading};
 use crate::assets::mesh::{Mesh, MeshId};
-use crate::assets::proxy::{Member, join};
+use crate::assets::proxy::{Member, join, subdivided};
 use crate::assets::technique::Technique;
 use crate::assets::texels::Texture;
 use crate::space::bounds::Sphere;
@@ -18,6 +18,8 @@ use std::collections::BTreeMap;
 
 /// Texels along a side of maps whose colours vertices get.
 const MOST_TEXELS: u32 = 256;
+/// Edges of meshes are split for their colours where they are longer than this part of the largest part's diameter.
+const LONGEST_EDGE: f32 = 1.0 / 48.0;
 /// Room for rounding where a part does not have the proxy's place, as a part of lengths.
 const ROOM: f32 = 1e-3;
 /// Metres that springs move wheels from their places at rest, at most.
@@ -51,14 +53,17 @@ fn add_proxy(parts: &mut [Part], base: Option<usize>, library: &mut Library) {
     let still = replaced.iter().filter(|replaced| replaced.moved.is_none());
     let Some(anchor) = still.max_by_key(|still| (triangles(still), std::cmp::Reverse(still.part))) else { return };
     let (anchor_part, anchor_from_base) = (anchor.part, anchor.base_from_part.inverse());
+    let diameter = library.mesh(anchor.mesh).map_or(0.0, |entry| 2.0 * entry.bounds.radius);
     let mut surfaces = Surfaces::default();
-    let members: Vec<Member<'_>> = replaced
+    let members: Vec<Member> = replaced
         .iter()
         .filter_map(|replaced| {
-            let mesh = &library.mesh(replaced.mesh)?.mesh;
+            let proxy_from_mesh = anchor_from_base * replaced.base_from_part;
+            let scale = Sphere { center: Vec3::ZERO, radius: 1.0 }.transformed(&proxy_from_mesh).radius;
+            let mesh = subdivided(&library.mesh(replaced.mesh)?.mesh, LONGEST_EDGE * diameter / scale);
             let painted = &parts[replaced.part].painted;
-            let (surface, colors) = surfaces.add(library, mesh, replaced.material, painted)?;
-            Some(Member { mesh, proxy_from_mesh: anchor_from_base * replaced.base_from_part, colors, surface })
+            let (surface, colors) = surfaces.add(library, &mesh, replaced.material, painted)?;
+            Some(Member { mesh, proxy_from_mesh, colors, surface })
         })
         .collect();
     let Some(proxy) = join(&members, surfaces.0.len()) else { return };

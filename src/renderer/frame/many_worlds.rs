@@ -4,7 +4,7 @@
 
 use super::measured::{DrawnPlans, has_levels};
 use super::renderer::Renderer;
-use super::view_batches::ViewBatches;
+use super::view_batches::{DrawnBatches, ViewBatches};
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::plan::view_plan::ViewPlan;
 use crate::renderer::shadows::shadow_maps::views_with_room;
@@ -62,12 +62,13 @@ impl Renderer {
         }
         let plan_of = |world: usize, plan: usize| &all_drawn[world].plans[plan];
         let key_of = |&(world, plan): &(usize, usize)| (ViewBatchKey::of(plan_of(world, plan)), tone_maps[world]);
+        let mut submitted = DrawnBatches::default();
         while let Some(first) = open.first() {
             let key = key_of(first);
             let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);
             open = others;
             for now in alike.chunks(key.0.most_views(&self.gpu)) {
-                let drawn = self.draw_batch(batches, key.0, now.len(), &mut |batch| {
+                let batch = self.draw_batch(batches, key.0, now.len(), &mut |batch| {
                     for views in now.chunk_by(|a, b| a.0 == b.0) {
                         let plans = views.iter().map(|&(world, plan)| (plan_of(world, plan).clone(), None)).collect();
                         let mut plans = Some(plans);
@@ -75,9 +76,11 @@ impl Renderer {
                     }
                     Ok(())
                 })?;
-                now.iter().zip(drawn).for_each(|(&(world, plan), outputs)| results[world][plan] = Some(outputs));
+                let views = (batch, now.to_vec());
+                submitted.push(self, batches, views, |(world, plan), outputs| results[world][plan] = Some(outputs));
             }
         }
+        submitted.finish(self, batches, |(world, plan), outputs| results[world][plan] = Some(outputs));
         batches.end();
         self.gpu.check()?;
         let joined = all_drawn.iter().zip(results);

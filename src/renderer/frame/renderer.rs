@@ -295,8 +295,11 @@ impl Renderer {
         self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.stats)?;
         let textures = self.assets.textures.version();
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
-        self.stats.list_bytes +=
-            self.own.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.assets.meshes, textures)?;
+        // Views that shade nothing are no reason to draw what those before them left out.
+        if !shadowed.is_empty() {
+            let maps = &mut self.own.shadow_maps;
+            self.stats.list_bytes += maps.find_due(&self.gpu, frame, &shadowed, &self.assets.meshes, textures)?;
+        }
         Ok(())
     }
 

@@ -19,7 +19,7 @@ use crate::renderer::culling::slot_set::SlotSet;
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::formats::PICTURE_FORMAT;
-use crate::renderer::gpu::readback::{Readback, Source};
+use crate::renderer::gpu::readback::{Pending, Readback, Source};
 use crate::renderer::gpu::texture::layer_view;
 use crate::renderer::passes::attachments::color_attachment;
 use crate::renderer::passes::pipelines::{Pipelines, ToneMapSource};
@@ -29,11 +29,15 @@ use crate::renderer::shadows::shadow_maps::views_with_room;
 use crate::renderer::views::layers::{LayerTextures, ViewBatchKey};
 use crate::renderer::views::outputs::Outputs;
 use crate::renderer::views::view_state::ViewState;
+use glam::Mat4;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use systems::draw::FrameData;
 
 /// Calls of [`Renderer::draw_views`] for which a batch without a view is kept: sensors may be due seldom.
 const KEPT_FOR: u32 = 120;
+/// Bytes of copies that are under way at once; a batch may have more by itself.
+const MOST_PENDING: u64 = 256 << 20;
 
 /// State of [`Renderer::draw_views`] kept between frames. It holds view states in batches of one size and one set of
 /// outputs, and the textures that they share.
@@ -41,6 +45,66 @@ const KEPT_FOR: u32 = 120;
 pub struct ViewBatches {
     batches: Vec<ViewBatch>,
     readback: Readback,
+}
+
+/// A batch that was submitted, and is not read yet.
+pub(super) struct DrawnBatch {
+    pending: Pending,
+    key: ViewBatchKey,
+    first: OutputSources,
+    /// By view.
+    view_from_clip: Vec<Mat4>,
+}
+
+/// Places of outputs among the sources of a batch.
+struct OutputSources {
+    color: Option<usize>,
+    linear: Option<usize>,
+    depth: Option<usize>,
+    normal: Option<usize>,
+    id: Option<usize>,
+}
+
+/// Batches that were submitted, with the places that their views have in a capture.
+pub(super) struct DrawnBatches<P>(VecDeque<(DrawnBatch, Vec<P>)>);
+
+impl<P> Default for DrawnBatches<P> {
+    fn default() -> Self {
+        Self(VecDeque::new())
+    }
+}
+
+impl<P> DrawnBatches<P> {
+    /// Adds a batch. The earliest ones are read where all together hold more than [`MOST_PENDING`].
+    pub fn push(
+        &mut self,
+        renderer: &Renderer,
+        batches: &mut ViewBatches,
+        drawn: (DrawnBatch, Vec<P>),
+        mut put: impl FnMut(P, Outputs),
+    ) {
+        self.0.push_back(drawn);
+        while self.0.len() > 1 && self.0.iter().map(|(batch, _)| batch.pending.bytes()).sum::<u64>() > MOST_PENDING {
+            self.read_first(renderer, batches, &mut put);
+        }
+    }
+
+    /// Reads all that is left.
+    pub fn finish(mut self, renderer: &Renderer, batches: &mut ViewBatches, mut put: impl FnMut(P, Outputs)) {
+        while !self.0.is_empty() {
+            self.read_first(renderer, batches, &mut put);
+        }
+        batches.readback.keep(MOST_PENDING);
+    }
+
+    fn read_first(&mut self, renderer: &Renderer, batches: &mut ViewBatches, put: &mut impl FnMut(P, Outputs)) {
+        if let Some((batch, places)) = self.0.pop_front() {
+            places
+                .into_iter()
+                .zip(renderer.read_batch(batches, batch))
+                .for_each(|(place, outputs)| put(place, outputs));
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -131,6 +195,7 @@ impl Renderer {
         let plans = &drawn.plans;
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
+        let mut submitted = DrawnBatches::default();
         while let Some(&first) = open.first() {
             let key = ViewBatchKey::of(&plans[first]);
             let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|&&i| ViewBatchKey::of(&plans[i]) == key);
@@ -143,25 +208,26 @@ impl Renderer {
                 rest = later;
                 let mut views =
                     Some(now.iter().map(|&i| (plans[i].clone(), only.get(drawn.asked[i]).cloned())).collect());
-                let outputs = self.draw_batch(batches, key, now.len(), &mut |batch| {
+                let batch = self.draw_batch(batches, key, now.len(), &mut |batch| {
                     batch.encode(frame, views.take().unwrap_or_default())
                 })?;
-                now.iter().zip(outputs).for_each(|(&i, outputs)| results[i] = Some(outputs));
+                submitted.push(self, batches, (batch, now.to_vec()), |i, outputs| results[i] = Some(outputs));
             }
         }
+        submitted.finish(self, batches, |i, outputs| results[i] = Some(outputs));
         batches.end();
         self.gpu.check()?;
         Ok(drawn.join(results.into_iter().flatten().collect()))
     }
 
-    /// Draws so many views of a kind, which `encode` encodes, and reads them back.
+    /// Draws so many views of a kind, which `encode` encodes. They are waited for by [`Self::read_batch`].
     pub(super) fn draw_batch(
         &mut self,
         batches: &mut ViewBatches,
         key: ViewBatchKey,
         count: usize,
         encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
-    ) -> Result<Vec<Outputs>, RenderError> {
+    ) -> Result<DrawnBatch, RenderError> {
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         if key.size.0.max(key.size.1) > limit {
             let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
@@ -172,7 +238,7 @@ impl Renderer {
         let Some(ViewBatch { states, textures: Some(textures), .. }) =
             batches.iter_mut().find(|batch| batch.key == key)
         else {
-            return Ok(Vec::new());
+            return Err(RenderError::Refused { reason: "no textures for views".into() });
         };
         let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
         let encoder = self.gpu.device.create_command_encoder(&label);
@@ -190,18 +256,18 @@ impl Renderer {
             self.encode_tone_map_of_layers(&mut encoder, textures, key, count as u32, &pictures[0], states);
         }
         self.finish_timestamps(&mut encoder);
-        Ok(self.read_batch(readback, encoder, textures, key, states))
+        Ok(self.submit_batch(readback, encoder, textures, key, states))
     }
 
-    /// Submits a batch and reads what its views have drawn.
-    fn read_batch(
+    /// Submits a batch, and copies of what its views have drawn.
+    fn submit_batch(
         &self,
         readback: &mut Readback,
         mut encoder: wgpu::CommandEncoder,
         textures: &LayerTextures,
         key: ViewBatchKey,
         states: &[ViewState],
-    ) -> Vec<Outputs> {
+    ) -> DrawnBatch {
         let count = states.len();
         let resolved: Vec<_> = states
             .iter()
@@ -224,17 +290,27 @@ impl Renderer {
             resolved.iter().map(|texture| Source { texture: texture.clone(), size: key.size, layers: 1 }).collect()
         };
         let OutputSet { color, linear: is_linear, depth, .. } = key.outputs;
-        let color = color.then(|| add(vec![layers(&textures.picture)]));
-        let linear = is_linear.then(|| add(linear));
-        let depth = depth.then(|| add(vec![layers(&textures.depth)]));
-        let normal = textures.normal.as_ref().map(|texture| add(vec![layers(texture)]));
-        let id = textures.id.as_ref().map(|texture| add(vec![layers(texture)]));
-        readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+        let first = OutputSources {
+            color: color.then(|| add(vec![layers(&textures.picture)])),
+            linear: is_linear.then(|| add(linear)),
+            depth: depth.then(|| add(vec![layers(&textures.depth)])),
+            normal: textures.normal.as_ref().map(|texture| add(vec![layers(texture)])),
+            id: textures.id.as_ref().map(|texture| add(vec![layers(texture)])),
+        };
+        let view_from_clip = states.iter().map(|state| state.view_from_clip).collect();
+        DrawnBatch { pending: readback.submit(&self.gpu, encoder, sources), key, first, view_from_clip }
+    }
+
+    /// Waits for a batch, and reads what its views have drawn.
+    pub(super) fn read_batch(&self, batches: &mut ViewBatches, batch: DrawnBatch) -> Vec<Outputs> {
+        let DrawnBatch { pending, key, first, view_from_clip } = batch;
+        let OutputSources { color, linear, depth, normal, id } = first;
+        batches.readback.finish(&self.gpu, pending, |packed| {
             let texels = |source: Option<usize>, layer: usize| {
                 source.map_or_else(Vec::new, |source| packed[source].layer(layer as u32))
             };
             let (width, height) = key.size;
-            let outputs = |view: usize| Outputs {
+            let outputs = |(view, view_from_clip): (usize, Mat4)| Outputs {
                 width,
                 height,
                 picture: color.and_then(|_| image::RgbaImage::from_raw(width, height, texels(color, view))),
@@ -242,9 +318,9 @@ impl Renderer {
                 normal: texels(normal, view),
                 id: texels(id, view),
                 depth: texels(depth, view),
-                view_from_clip: states[view].view_from_clip,
+                view_from_clip,
             };
-            (0..count).map(outputs).collect()
+            view_from_clip.into_iter().enumerate().map(outputs).collect()
         })
     }
 

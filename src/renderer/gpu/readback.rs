@@ -19,10 +19,24 @@ pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
     texels
 }
 
-/// Textures on their way to the CPU, through one buffer, which is kept.
+/// Textures on their way to the CPU, through buffers that are kept.
 #[derive(Debug, Default)]
 pub(crate) struct Readback {
-    buffer: Option<wgpu::Buffer>,
+    free: Vec<wgpu::Buffer>,
+}
+
+/// Copies of textures that were submitted and not waited for.
+#[derive(Debug)]
+pub(crate) struct Pending {
+    buffer: wgpu::Buffer,
+    sources: Vec<Source>,
+}
+
+impl Pending {
+    /// Bytes of its buffer.
+    pub fn bytes(&self) -> u64 {
+        self.buffer.size()
+    }
 }
 
 /// Layers of a texture to be read, or as many pictures one below the other in a single layer.
@@ -92,29 +106,23 @@ impl Readback {
                 texels
             });
         }
-        let read = self.read_layers(gpu, encoder, &sources, |packed| {
-            packed.iter().map(|packed| packed.layer(0)).collect::<Vec<_>>()
-        });
+        let pending = self.submit(gpu, encoder, sources);
+        let read = self.finish(gpu, pending, |packed| packed.iter().map(|packed| packed.layer(0)).collect::<Vec<_>>());
+        self.keep(0);
         let mut read = read.into_iter();
         textures.each_ref().map(|texture| texture.as_ref().and_then(|_| read.next()).unwrap_or_default())
     }
 
-    /// Submits commands, and behind them copies of some textures. Waits for the GPU, once, and makes something of what
-    /// is read.
-    pub fn read_layers<T>(
-        &mut self,
-        gpu: &Gpu,
-        mut encoder: wgpu::CommandEncoder,
-        sources: &[Source],
-        make: impl FnOnce(&[Packed<'_>]) -> T,
-    ) -> T {
+    /// Submits commands, and behind them copies of some textures, which [`Self::finish`] waits for.
+    pub fn submit(&mut self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder, sources: Vec<Source>) -> Pending {
         let end = sources.iter().map(Source::bytes).sum::<u64>().max(4);
-        let buffer = match self.buffer.take().filter(|buffer| buffer.size() >= end) {
-            Some(buffer) => buffer,
+        let large_enough = self.free.iter().position(|buffer| buffer.size() >= end);
+        let buffer = match large_enough {
+            Some(index) => self.free.swap_remove(index),
             None => mappable(gpu, end),
         };
         let mut offset = 0;
-        for source in sources {
+        for source in &sources {
             let layout =
                 wgpu::TexelCopyBufferLayout { offset, bytes_per_row: Some(source.padded_row()), rows_per_image: None };
             // Layers, or all of a single one.
@@ -131,7 +139,14 @@ impl Readback {
             offset += source.bytes();
         }
         gpu.queue.submit([encoder.finish()]);
-        let made = mapped(gpu, &buffer, |bytes| {
+        buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        Pending { buffer, sources }
+    }
+
+    /// Waits for the GPU, and makes something of the copies.
+    pub fn finish<T>(&mut self, gpu: &Gpu, pending: Pending, make: impl FnOnce(&[Packed<'_>]) -> T) -> T {
+        let Pending { buffer, sources } = pending;
+        let made = read_mapped(gpu, &buffer, |bytes| {
             let mut offset = 0;
             let packed = |source: &Source| {
                 let bytes = &bytes[offset as usize..(offset + source.bytes()) as usize];
@@ -141,8 +156,19 @@ impl Readback {
             };
             make(&sources.iter().map(packed).collect::<Vec<_>>())
         });
-        self.buffer = Some(buffer);
+        self.free.push(buffer);
         made
+    }
+
+    /// Keeps the largest of its buffers, and of the others as many as have no more than so many bytes together.
+    pub fn keep(&mut self, bytes: u64) {
+        self.free.sort_by_key(|buffer| std::cmp::Reverse(buffer.size()));
+        let mut sum = 0;
+        let mut is_largest = true;
+        self.free.retain(|buffer| {
+            sum += buffer.size();
+            std::mem::take(&mut is_largest) || sum <= bytes
+        });
     }
 }
 
@@ -227,10 +253,14 @@ fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
 
 /// Maps a buffer and converts its bytes, or zeros where it cannot be mapped. Waits for the GPU.
 fn mapped<T>(gpu: &Gpu, buffer: &wgpu::Buffer, make: impl FnOnce(&[u8]) -> T) -> T {
-    let slice = buffer.slice(..);
-    slice.map_async(wgpu::MapMode::Read, |_| {});
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    read_mapped(gpu, buffer, make)
+}
+
+/// Waits for the GPU until a buffer is mapped, and unmaps it after its bytes are converted.
+fn read_mapped<T>(gpu: &Gpu, buffer: &wgpu::Buffer, make: impl FnOnce(&[u8]) -> T) -> T {
     gpu.poll(wgpu::PollType::wait_indefinitely());
-    let made = match slice.get_mapped_range() {
+    let made = match buffer.slice(..).get_mapped_range() {
         Ok(bytes) => make(&bytes),
         Err(error) => {
             gpu.faults.note(RenderError::Refused { reason: error.to_string() });

@@ -107,12 +107,20 @@ impl Pass {
         }
     }
 
+    /// Tells if all that it draws of an object follows from where its triangles are: neither maps nor normals are read.
+    pub fn draws_places_alone(self, alpha: AlphaMode, technique: Technique) -> bool {
+        matches!(self, Self::Outputs(Attached { normal: false, .. }))
+            && alpha == AlphaMode::Opaque
+            && !technique.writes_depth()
+    }
+
     /// The entry points of the forward shader.
     pub fn entry_points(self, key: PipelineKey) -> (&'static str, &'static str) {
         let technique = key.technique;
         match self {
             Self::Color { emboss: Some(_), .. } => ("vs_main", "fs_emboss"),
             Self::Outputs(_) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
+            Self::Outputs(_) if self.draws_places_alone(key.alpha, technique) => ("vs_ids", "fs_ids"),
             Self::Outputs(_) => ("vs_main", "fs_outputs"),
             Self::Color { .. } => match (technique, self.writes_outputs(key)) {
                 (technique, false) if technique.writes_depth() => ("vs_main", "fs_z_correct"),

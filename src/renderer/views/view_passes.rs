@@ -52,8 +52,13 @@ impl ViewState {
     /// The pipeline that objects with that key are drawn with in a pass.
     pub(crate) fn pipeline_of(&self, pass: Pass, key: BatchKey) -> PipelineKey {
         let technique = self.technique.unwrap_or(key.pipeline.technique);
-        let PipelineKey { alpha, shading, .. } = key.pipeline;
-        PipelineKey { technique: pass.technique(technique, alpha, shading), ..key.pipeline }
+        let PipelineKey { alpha, shading, double_sided, mirrored, .. } = key.pipeline;
+        let technique = pass.technique(technique, alpha, shading);
+        if pass.draws_places_alone(alpha, technique) {
+            // One pipeline for all of them.
+            return PipelineKey { double_sided, mirrored, ..PipelineKey::default() };
+        }
+        PipelineKey { technique, ..key.pipeline }
     }
 
     /// Tells if [`Settings::outputs`] are drawn in the picture's own pass, which has one sample per pixel then.
