@@ -22,10 +22,10 @@ use std::collections::HashMap;
 pub const MOST_LEVELS: usize = 8;
 
 /// Meshes of fewer triangles have no other level: a draw costs more than they do.
-const FEWEST_TO_SIMPLIFY: usize = 32;
+const FEWEST_TO_SIMPLIFY: usize = 128;
 
 /// No level has fewer triangles.
-const FEWEST_IN_A_LEVEL: usize = 8;
+const FEWEST_IN_A_LEVEL: usize = 32;
 
 /// A level that keeps more than this part of the one before is not worth its memory.
 const WORTHWHILE: f64 = 0.8;

@@ -42,7 +42,7 @@ fn levels_halve_the_triangles_over_the_same_vertices_and_errors_grow() {
         for (pair, triangles) in levels.windows(2).zip(&triangles[1..]) {
             assert!(f64::from(pair[1].index_count) <= 0.8 * f64::from(pair[0].index_count), "{name}: {levels:?}");
             assert!(pair[1].error >= pair[0].error && pair[1].error.is_finite(), "{name}: {levels:?}");
-            assert!(pair[1].index_count >= 3 * 8, "{name}: {levels:?}");
+            assert!(pair[1].index_count >= 3 * 32, "{name}: {levels:?}");
             for triangle in triangles {
                 let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
                 assert!((b - a).cross(c - a).length() > 0.0, "{name}: {triangle:?} has no area");
@@ -170,7 +170,7 @@ fn the_chosen_level_gets_coarser_with_distance_and_its_error_stays_below_the_lim
     let (_, levels, _) = with_levels(shapes::sphere(1.0, 64, 32));
     let lod = LevelOfDetail { enabled: true, max_error_pixels: 1.0 };
     let mut last = 0;
-    for step in 1..8000 {
+    for step in 1..2000 {
         let distance = step as f32 * 0.5;
         let chosen = lod.choose(&levels, 2.0, distance, 600.0);
         assert!(chosen >= last, "finer further away at {distance} m");
