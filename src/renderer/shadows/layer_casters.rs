@@ -247,7 +247,7 @@ impl Layer {
 
     /// Casters to be drawn into a layer that is due, whose number is given. `frame`: if it was looked at before, and
     /// its number.
-    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, is_same: bool, frame: u64) -> DueLayer {
+    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, is_same: bool, frame: u64, side: u32) -> DueLayer {
         self.busy += u32::from(!is_same);
         let is_still = |caster: &Caster| caster.since + STILL <= frame;
         let missing = self.vertices(meshes, |caster| is_still(caster) && !(caster.in_base && self.base.is_some()));
@@ -255,7 +255,7 @@ impl Layer {
         if self.busy > BUSY && missing >= WORTHWHILE {
             let casters = self.faces.iter_mut().flat_map(|face| &mut face.casters);
             casters.for_each(|caster| caster.in_base = is_still(caster));
-            let texture = self.base.take().map_or_else(|| base_texture(&gpu.device), |base| base.texture);
+            let texture = self.base.take().map_or_else(|| base_texture(&gpu.device, side), |base| base.texture);
             self.base = Some(Base { texture, is_drawn: false });
         }
         if self.base.as_ref().is_some_and(|base| !base.is_drawn) {
