@@ -6,7 +6,7 @@ use super::prelude::*;
 /// Pixels along a side.
 pub const SIDE: u32 = 200;
 /// Pixels along the side of a picture, and texels along the side of the shadow layers that it has.
-pub const SHADOW_SIDES: [(u32, f64); 3] = [(SIDE, 768.0), (144, 384.0), (72, 192.0)];
+pub const SHADOW_SIDES: [(u32, f64); 3] = [(SIDE, 768.0), (140, 384.0), (70, 192.0)];
 /// Metres from the middle of the picture to its edge.
 pub const HALF: f32 = 2.5;
 

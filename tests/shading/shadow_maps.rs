@@ -104,8 +104,8 @@ fn a_point_has_shadows_as_sharp_as_texels() {
         scene.add_cube(Transform::from_translation(place(-0.7, 1.0)).with_scale(size));
         scene.add_light(lamp(20.0), place(-1.0, 8.0), Vec3::NEG_Y);
         // The plate's upper edge, from the light: of columns of texels those are dark whose middle it hides.
-        let edge = (1.3 / 6.99 * BELOW).round();
-        let of_floor = BELOW / 8.0;
+        let edge = (1.3 / 6.99 * below(768.0)).round();
+        let of_floor = below(768.0) / 8.0;
         let half_height = 0.12;
         let middle = (edge / of_floor - 1.0) as f32;
         let projection = Projection::Orthographic { half_height, aspect: Some(1.0) };

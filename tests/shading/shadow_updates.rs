@@ -308,7 +308,7 @@ fn views_of_other_sizes_have_layers_of_their_own() {
         for (plan, outputs) in plans.iter().zip(together) {
             let mut alone = SingleView::new(&gpu);
             simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings)).expect("it fits");
-            assert!(Some(alone.draw_picture()) == outputs.picture, "{step}, {:?}", plan.size());
+            assert!(Some(alone.draw_picture()) == outputs.picture, "{step}, {} pixels", plan.view.width);
         }
     }
     // Three lamps and the levels of a sun each.
@@ -326,14 +326,14 @@ fn a_window_and_a_thumbnail_are_drawn_together() {
     let mut renderer = Renderer::new(&gpu);
     let settings = Settings::default().for_files();
     let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
-    let textures = [SIDE, 72].map(|side| picture_texture(&gpu, (side, side)));
+    let textures = [SIDE, 70].map(|side| picture_texture(&gpu, (side, side)));
     let targets = textures.each_ref().map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
     for step in 0..6 {
         drawn.move_to(drawn.cubes[3], Vec3::new(1.0 - 0.3 * step as f32, 0.2, 0.5));
         let simulation = &mut drawn.scene.simulation;
         simulation.frame();
         let view = |side| Viewpoint::Camera(drawn.scene.camera).view(&simulation.world, (side, side));
-        let plans = [SIDE, 72].map(|side| ViewPlan { view: view(side), settings });
+        let plans = [SIDE, 70].map(|side| ViewPlan { view: view(side), settings });
         let [first, second] = &mut states;
         let mut views = [(&mut *first, plans[0].clone()), (&mut *second, plans[1].clone())];
         simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");

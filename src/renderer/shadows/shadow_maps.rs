@@ -47,7 +47,7 @@ pub(crate) fn views_with_room(frame: &FrameData<'_>, plans: &[&ViewPlan]) -> usi
     let suns = Sun::all(frame);
     let (mut levels, mut lamps) = (BTreeSet::new(), 0);
     let fits = |plan: &&&ViewPlan| {
-        let side = side_for(&plan.view);
+        let side = side_for(plan);
         levels.extend(suns.iter().flat_map(|sun| sun.levels(plan.view.eye(), side)));
         lamps = lights.lights().len().min(lamps + plan.settings.shadow_maps as usize);
         levels.len() + lamps <= MOST_LAYERS
@@ -178,7 +178,7 @@ impl ShadowMaps {
         device.bind(&gpu.device, tables, frame_layout);
         let (Some((_, table_group)), Some((_, face_group))) = (&device.tables, &device.face_group) else { return };
         let mut number = 0;
-        let mut draw = |encoder: &mut _, view: &_, load, erase, faces: &[DueFace]| {
+        let mut draw = |encoder: &mut _, view: &_, load, faces: &[DueFace]| {
             let mut pass = begin_pass(encoder, view, load, timestamps);
             pass.set_bind_group(0, table_group, &[]);
             pass.set_vertex_buffer(0, meshes.vertices.buffer().slice(..));
@@ -190,7 +190,7 @@ impl ShadowMaps {
                 pass.set_scissor_rect(x, y, size, size);
                 pass.set_bind_group(3, face_group, &[number * stride]);
                 number += 1;
-                if erase {
+                if due.is_erased {
                     pass.set_pipeline(&device.empty);
                     pass.draw(0..3, 0..1);
                 }
@@ -215,18 +215,17 @@ impl ShadowMaps {
             for due in due.drain(..) {
                 let layer = &mut layers[due.layer];
                 let view = &maps.layers[due.layer];
-                if let Some(base) = layer.base.as_mut().filter(|_| due.start == Start::Base) {
+                if let Some(base) = layer.base.as_ref().filter(|_| due.start == Start::Base) {
                     if !due.base.is_empty() {
                         let view = base.texture.create_view(&wgpu::TextureViewDescriptor::default());
-                        draw(encoder, &view, clear, false, &due.base);
-                        base.is_drawn = true;
+                        draw(encoder, &view, if base.is_new { clear } else { wgpu::LoadOp::Load }, &due.base);
                     }
                     maps.copy_into(encoder, &base.texture, due.layer);
                     self.stats.bases += 1;
                 }
                 let load = if due.start == Start::Nothing { clear } else { wgpu::LoadOp::Load };
-                draw(encoder, view, load, due.start == Start::OtherFaces, &due.faces);
-                layer.faces.iter_mut().for_each(|face| face.is_drawn = true);
+                draw(encoder, view, load, &due.faces);
+                layer.drawn_now();
                 self.stats.passes += 1;
                 self.stats.faces += due.faces.len() as u32;
                 let drawn = due.base.iter().chain(&due.faces);

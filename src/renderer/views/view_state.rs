@@ -218,7 +218,7 @@ impl ViewState {
             (self.ranked, self.ranked_for) = (Vec::new(), None);
             return;
         };
-        self.shadow_side = side_for(&plan.view);
+        self.shadow_side = side_for(plan);
         let view = plan.view.shadow_view(&frame.list.environment);
         let ranked_for = Some((frame.list.world, lights.version(), view, plan.settings.shadow_maps));
         if self.ranked_for != ranked_for {
