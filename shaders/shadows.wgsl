@@ -13,14 +13,10 @@
 @group(3) @binding(0) var shadow_maps: texture_depth_2d_array;
 @group(3) @binding(1) var shadow_sampler: sampler;
 
-// Texels along a side of a layer.
-const SHADOW_SIZE: f32 = 768.0;
 // Texels around a face beyond its quarter turn, or around a spot's cone: filters read no neighbouring face.
 const SHADOW_GUTTER: f32 = 2.0;
-// Texels of a slope of one in the smaller faces.
-const SMALL_FACE_SCALE: f32 = 126.0;
-// Metres from the middle of a directional light's first level to its sides, and from the near plane to the far one.
-const FIRST_LEVEL: f32 = 8.0;
+// Metres that a texel of a directional light's first level covers, and from the near plane to the far one.
+const FIRST_TEXEL: f32 = 0.020833334;
 const SUN_DEPTH: f32 = 2048.0;
 // Of the way from the middle of a level to its sides: what is farther away has another level, and what is less of that
 // has no other one.
@@ -89,7 +85,7 @@ fn place_in_faces(v: vec3f, n: vec3f, h: f32, near: f32, light_size: f32) -> Sha
     // +x 0, −x 1, +y 2, +z 3, −z 4; −y, below the light, is the large one.
     let is_below = is_y && axis < 0.0;
     let face = select(select(3.0, 2.0, is_y), 0.0, is_x) + select(0.0, 1.0, axis < 0.0 && !is_y);
-    let third = SHADOW_SIZE / 3.0;
+    let third = view.shadow_side / 3.0;
     let small = vec2f(select(face - 3.0, 2.0, face < 3.0), select(2.0, face, face < 3.0)) * third;
     let corner = select(small, vec2f(0.0), is_below);
     let size = select(third, 2.0 * third, is_below);
@@ -112,12 +108,12 @@ fn place_in_cone(v: vec3f, n: vec3f, h: f32, near: f32, q: vec4f, scale: f32, si
     let leaning = turned(q, n).xy;
     let m = max(-along.z, 1e-4);
     return ShadowPlace(
-        0.5 * SHADOW_SIZE + along.xy * (scale / m),
+        0.5 * view.shadow_side + along.xy * (scale / m),
         near / m,
         leaning * (near / (h * scale)),
         near / (m * scale),
         vec2f(1.0),
-        vec2f(SHADOW_SIZE - 1.0),
+        vec2f(view.shadow_side - 1.0),
         size * scale / near,
         size * scale / m,
     );
@@ -202,7 +198,7 @@ struct Texels {
 
 fn texels_at(place: ShadowPlace, plane: Plane, first: vec2f) -> Texels {
     let middle = clamp(first + 1.0, place.low, place.high);
-    let depths = textureGather(shadow_maps, shadow_sampler, middle / SHADOW_SIZE, plane.layer).wzxy;
+    let depths = textureGather(shadow_maps, shadow_sampler, middle / view.shadow_side, plane.layer).wzxy;
     let depth = plane.depth + dot(plane.slope, middle - 0.5 - place.at);
     let off = first + 0.5 - place.at;
     return Texels(
@@ -234,7 +230,9 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     let point = receiver(bump, arriving.toward);
     let is_sun = SUNS_WITH_SHADOWS && (!LAMPS_WITH_SHADOWS || arriving.kind == LIGHT_DIRECTIONAL);
     let surface = point - arriving.from_eye;
-    let q = vec4f(unpack2x16snorm(record.x), unpack2x16snorm(record.y));
+    // Its third is 0: there is the layer of a lamp.
+    let q = vec4f(unpack2x16snorm(record.x), 0.0, unpack2x16snorm(record.y).y);
+    let lamp_layer = record.y & 0xffffu;
     var is_turned_away = false;
     var place: ShadowPlace;
     if LAMPS_WITH_SHADOWS {
@@ -243,19 +241,19 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     }
     let sun_size = size_of(record.w >> 16u);
     if !SUNS_WITH_SHADOWS {
-        return faded(lit_share(place, arriving.shadow_layer - 1u), is_turned_away, fade_of(record));
+        return faded(lit_share(place, lamp_layer), is_turned_away, fade_of(record));
     }
     // In the light's frame, from the eye.
     let p = turned(q, point);
     let normal = turned(q, receiver_normal);
-    let across = max(abs(p.x), abs(p.y)) / (FIRST_LEVEL * LEVEL_USED);
+    let across = max(abs(p.x), abs(p.y)) / (view.shadow_side * (0.5 * FIRST_TEXEL * LEVEL_USED));
     var level = u32(max(ceil(log2(max(across, 1e-3))), 0.0));
     // What of the sum is still to be found.
     var rest = 1.0;
     var seen = 0.0;
     loop {
         var share = 1.0;
-        var layer = arriving.shadow_layer - 1u;
+        var layer = lamp_layer;
         var is_known = true;
         if is_sun {
             let of_level = texel_of(view.shadow_records + (record.z & 0xffffu) + level);
@@ -298,7 +296,8 @@ fn place_of_lamp(surface: vec3f, q: vec4f, record: vec4u) -> ShadowPlace {
     let scale = bitcast<f32>(record.z & 0xffff0000u);
     let size = size_of(record.z);
     // The caster may be off by half a texel more.
-    let texel = length(surface) / select(SMALL_FACE_SCALE, scale, scale > 0.0);
+    let of_small_face = view.shadow_side / 6.0 - SHADOW_GUTTER;
+    let texel = length(surface) / select(of_small_face, scale, scale > 0.0);
     let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
     let v = surface + receiver_normal * rise;
     // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
@@ -312,19 +311,19 @@ fn place_of_lamp(surface: vec3f, q: vec4f, record: vec4u) -> ShadowPlace {
 // `p`: from the eye, `eye`: from the level's middle, both in the light's frame, as is `normal`. `size`: in widths of
 // the first level.
 fn place_in_level(p: vec3f, normal: vec3f, eye: vec3f, size: f32, light_size: f32) -> ShadowPlace {
-    let texel = 2.0 * FIRST_LEVEL / SHADOW_SIZE * size;
+    let texel = FIRST_TEXEL * size;
     // The caster may be off by half a texel more.
     let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
     let v = p + eye + normal * rise;
     // How depth changes across the rays: at the least a grazing plane.
     let leaning = -normal.xy / max(normal.z, 1e-6);
     return ShadowPlace(
-        0.5 * SHADOW_SIZE + vec2f(v.x, -v.y) / texel,
+        0.5 * view.shadow_side + vec2f(v.x, -v.y) / texel,
         max(0.5 + v.z / SUN_DEPTH, 0.0),
         vec2f(leaning.x, -leaning.y) * (texel / SUN_DEPTH),
         texel / SUN_DEPTH,
         vec2f(1.0),
-        vec2f(SHADOW_SIZE - 1.0),
+        vec2f(view.shadow_side - 1.0),
         light_size * SUN_DEPTH / texel,
         light_size * LIKELY / texel,
     );

@@ -21,7 +21,8 @@ struct View {
     // Metres per metre from the eye that a level of detail may be off; 0 where meshes are drawn whole.
     level_error: f32,
     ground: vec3f,
-    pad0: u32,
+    // Texels along a side of the shadow layers that the view reads.
+    shadow_side: f32,
 }
 
 // systems/lights/selected.rs says how it is packed.

@@ -185,7 +185,9 @@ fn draw(
         Shadows::Maps(most) => (most, None),
         Shadows::Traced(traced) => (0, Some(traced)),
     };
-    let settings = Settings { technique, levels, samples: 1, shadow_maps, ..Settings::default() }.for_files();
+    // Maps are those of the picture by itself.
+    let settings = Settings { technique, levels, samples: 1, shadow_maps, oversampling: 2, ..Settings::default() };
+    let settings = settings.for_files();
     renderer.set_traced_shadows(traced)?;
     let (samples, luminances) = frame_error::draw(session, renderer, view, &settings)?;
     let (width, height) = job.size;

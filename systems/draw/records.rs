@@ -113,6 +113,6 @@ pub struct ViewRecord {
     pub level_error: f32,
     /// Linear RGB.
     pub ground: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// Texels along a side of the shadow layers that the view reads.
+    pub shadow_side: f32,
 }

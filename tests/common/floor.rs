@@ -5,6 +5,8 @@ use super::prelude::*;
 
 /// Pixels along a side.
 pub const SIDE: u32 = 200;
+/// Pixels along the side of a picture, and texels along the side of the shadow layers that it has.
+pub const SHADOW_SIDES: [(u32, f64); 3] = [(SIDE, 768.0), (140, 384.0), (70, 192.0)];
 /// Metres from the middle of the picture to its edge.
 pub const HALF: f32 = 2.5;
 
@@ -14,6 +16,8 @@ pub struct Floor {
     pub camera: Entity,
     pub cube: MeshId,
     pub white: MaterialId,
+    /// Pixels along a side of its pictures.
+    pub pixels: u32,
 }
 
 impl Floor {
@@ -34,7 +38,7 @@ impl Floor {
         let projection = Projection::Orthographic { half_height: HALF, aspect: Some(1.0) };
         let above = Transform::from_xyz(0.0, 9.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::NEG_Z);
         let camera = simulation.world.spawn((Camera { projection, ..Camera::default() }, above)).id();
-        Self { simulation, camera, cube, white }
+        Self { simulation, camera, cube, white, pixels: SIDE }
     }
 
     pub fn add_cube(&mut self, place: Transform) -> Entity {
@@ -49,7 +53,7 @@ impl Floor {
     /// Luminances of a picture with at most so many shadow maps.
     pub fn draw(&mut self, headless: &mut Headless, maps: u32) -> Vec<f32> {
         headless.settings.shadow_maps = maps;
-        headless.draw(&mut self.simulation, self.camera, (SIDE, SIDE)).expect("a picture");
+        headless.draw(&mut self.simulation, self.camera, (self.pixels, self.pixels)).expect("a picture");
         headless.renderer.read_linear().expect("drawn").into_iter().map(|[_, green, ..]| green).collect()
     }
 
@@ -58,7 +62,7 @@ impl Floor {
     pub fn shares(&mut self, headless: &mut Headless) -> Vec<(DVec2, f32)> {
         let (open, shadowed) = (self.draw(headless, 0), self.draw(headless, 32));
         let lit = (0..).zip(open.iter().zip(&shadowed)).filter(|(_, (open, _))| **open > 1e-3);
-        lit.map(|(pixel, (open, shadowed))| (place_of(pixel), shadowed / open)).collect()
+        lit.map(|(pixel, (open, shadowed))| (place_of(pixel, self.pixels), shadowed / open)).collect()
     }
 }
 
@@ -73,9 +77,9 @@ pub fn headless(gpu: &Gpu) -> Headless {
     Headless { renderer: SingleView::new(gpu), settings }
 }
 
-/// Place of a pixel's centre on the floor, metres.
-pub fn place_of(pixel: u32) -> DVec2 {
-    let at = DVec2::new(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5) / f64::from(SIDE);
+/// Place of a pixel's centre on the floor, metres, in a picture of so many pixels along a side.
+fn place_of(pixel: u32, side: u32) -> DVec2 {
+    let at = DVec2::new(f64::from(pixel % side) + 0.5, f64::from(pixel / side) + 0.5) / f64::from(side);
     (at * 2.0 - 1.0) * f64::from(HALF)
 }
 

@@ -73,7 +73,7 @@ fn shader_structs_mirror_the_draw_list() {
             horizon,
             level_error,
             ground,
-            pad0,
+            shadow_side,
         }
     );
     assert_mirrored!(

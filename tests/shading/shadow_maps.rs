@@ -1,6 +1,6 @@
 //! Shadow maps of lamps: pictures whose every sample is known.
 
-use crate::common::floor::{Floor, HALF, check_edges, headless, is_free, lamp};
+use crate::common::floor::{Floor, HALF, SHADOW_SIDES, check_edges, headless, is_free, lamp};
 use crate::common::{self, prelude::*};
 use glam::Vec3Swizzles;
 use systems::lights::NoShadow;
@@ -10,12 +10,18 @@ fn spot(intensity: f32, outer_degrees: f32) -> Light {
     Light { kind, ..lamp(intensity) }
 }
 
-/// Texels of a slope of one: of the face below a point light, of its other faces, and of a spot.
-const BELOW: f64 = 254.0;
-const BESIDE: f64 = 126.0;
+/// Texels of a slope of one in a layer of so many along a side: of the face below a point light, of its other faces, and
+/// of a spot.
+fn below(side: f64) -> f64 {
+    side / 3.0 - 2.0
+}
 
-fn of_spot(outer_degrees: f64) -> f64 {
-    382.0 / outer_degrees.to_radians().tan()
+fn beside(side: f64) -> f64 {
+    side / 6.0 - 2.0
+}
+
+fn of_spot(side: f64, outer_degrees: f64) -> f64 {
+    (side / 2.0 - 2.0) / outer_degrees.to_radians().tan()
 }
 
 /// Below a lamp, beside one, in a wide spot, which has six faces as well, and in spots that fill their layer. All edges
@@ -25,28 +31,36 @@ fn of_spot(outer_degrees: f64) -> f64 {
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
     let down = Vec3::NEG_Y;
-    let cases = [
-        (lamp(8.0), Vec3::new(-0.9, 3.1, 0.4), down, BELOW),
-        (lamp(8.0), Vec3::new(-3.3, 1.4, 0.3), down, BESIDE),
-        (lamp(8.0), Vec3::new(0.2, 1.3, -3.4), down, BESIDE),
-        (spot(14.0, 70.0), Vec3::new(-1.0, 4.0, 0.3), down, BELOW),
-        (spot(60.0, 40.0), Vec3::new(-2.0, 4.0, 0.3), Vec3::new(2.0, -4.0, -0.1), of_spot(40.0)),
-        (spot(60.0, 25.0), Vec3::new(3.0, 3.0, 3.0), Vec3::new(-3.0, -2.7, -3.0), of_spot(25.0)),
-    ];
-    for (light, at, toward, scale) in cases {
-        let mut scene = Floor::new();
-        scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
-        scene.add_light(light, at, toward);
-        let eye = at.as_dvec3();
-        let is_lit = |at: DVec2| is_free(DVec3::new(at.x, 0.0, at.y), eye);
-        // A texel as it lies on the floor: longer the flatter light falls there.
-        let margin = |place: DVec2| {
-            let v = DVec3::new(place.x, 0.0, place.y) - eye;
-            1.375 * v.length() / scale * v.length() / v.y.abs()
-        };
-        let name = format!("{at} {toward}");
-        let [dark, lit, unsure] = check_edges(&scene.shares(&mut headless), is_lit, margin, &name);
-        assert!(dark > 300 && lit > 3000 && unsure < dark + lit, "{at} {toward}: {dark} {lit} {unsure}");
+    for (pixels, side) in SHADOW_SIDES {
+        let cases = [
+            (lamp(8.0), Vec3::new(-0.9, 3.1, 0.4), down, below(side)),
+            (lamp(8.0), Vec3::new(-3.3, 1.4, 0.3), down, beside(side)),
+            (lamp(8.0), Vec3::new(0.2, 1.3, -3.4), down, beside(side)),
+            (spot(14.0, 70.0), Vec3::new(-1.0, 4.0, 0.3), down, below(side)),
+            (spot(60.0, 40.0), Vec3::new(-2.0, 4.0, 0.3), Vec3::new(2.0, -4.0, -0.1), of_spot(side, 40.0)),
+            (spot(60.0, 25.0), Vec3::new(3.0, 3.0, 3.0), Vec3::new(-3.0, -2.7, -3.0), of_spot(side, 25.0)),
+        ];
+        let mut dark_parts = 0.0;
+        for (light, at, toward, scale) in cases {
+            let mut scene = Floor { pixels, ..Floor::new() };
+            scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+            scene.add_light(light, at, toward);
+            let eye = at.as_dvec3();
+            let is_lit = |at: DVec2| is_free(DVec3::new(at.x, 0.0, at.y), eye);
+            // A texel as it lies on the floor: longer the flatter light falls there.
+            let margin = |place: DVec2| {
+                let v = DVec3::new(place.x, 0.0, place.y) - eye;
+                1.375 * v.length() / scale * v.length() / v.y.abs()
+            };
+            let name = format!("{at} {toward}, {side} texels");
+            let [dark, lit, unsure] = check_edges(&scene.shares(&mut headless), is_lit, margin, &name);
+            // The coarser a layer, the more of a shadow is edge: in some cases all.
+            let all = pixels.pow(2) as usize;
+            let is_known = side < 768.0 || dark > 300 && unsure < dark + lit;
+            assert!(is_known && lit > all / 14, "{name}: {dark} {lit} {unsure}");
+            dark_parts += dark as f64 / all as f64;
+        }
+        assert!(dark_parts > 0.1, "{side} texels: {dark_parts}");
     }
 }
 
@@ -93,8 +107,8 @@ fn a_point_has_shadows_as_sharp_as_texels() {
         scene.add_cube(Transform::from_translation(place(-0.7, 1.0)).with_scale(size));
         scene.add_light(lamp(20.0), place(-1.0, 8.0), Vec3::NEG_Y);
         // The plate's upper edge, from the light: of columns of texels those are dark whose middle it hides.
-        let edge = (1.3 / 6.99 * BELOW).round();
-        let of_floor = BELOW / 8.0;
+        let edge = (1.3 / 6.99 * below(768.0)).round();
+        let of_floor = below(768.0) / 8.0;
         let half_height = 0.12;
         let middle = (edge / of_floor - 1.0) as f32;
         let projection = Projection::Orthographic { half_height, aspect: Some(1.0) };
@@ -140,7 +154,8 @@ fn a_wall_and_its_floor_meet_without_a_gap() {
             let way = (DVec3::new(place.x, 0.0, place.y) - at.as_dvec3()).abs();
             // Of the floor, away from the light.
             let farthest = way.max_element();
-            let texel = if way.y == farthest { way.y / BELOW } else { farthest * farthest / way.y / BESIDE };
+            let texel =
+                if way.y == farthest { way.y / below(768.0) } else { farthest * farthest / way.y / beside(768.0) };
             // Where the way to the light passes the wall, metres above the floor.
             let height = f64::from(at.y) * place.y / (place.y - f64::from(at.z));
             if place.y < 0.0 {

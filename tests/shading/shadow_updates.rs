@@ -1,10 +1,10 @@
 //! Shadow maps from frame to frame: what is drawn anew, by which lights and views, and that pictures do not depend on
 //! what was drawn before.
 
-use crate::common::floor::{Floor, SIDE, headless, lamp};
+use crate::common::floor::{Floor, SHADOW_SIDES, SIDE, headless, lamp};
 use crate::common::{self, prelude::*};
 use relief::renderer::ShadowStats;
-use relief::renderer::{ViewState, ViewTarget};
+use relief::renderer::{ViewBatches, ViewState, ViewTarget};
 use systems::lights::NoShadow;
 
 /// A world of lamps and cubes, drawn by one renderer.
@@ -279,6 +279,70 @@ fn views_that_take_turns_miss_nothing_that_moves() {
             let prepared = drawn.scene.simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings));
             prepared.expect("it fits");
             assert!(alone.draw_picture().into_raw() == read_texture(&gpu, &texture), "{step}");
+        }
+    }
+}
+
+/// Views of three sizes, whose layers have three sides: a batch in either order, then each alone, shows the same bits.
+#[test]
+fn views_of_other_sizes_have_layers_of_their_own() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut drawn = Drawn::new(&gpu);
+    drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.2, -1.0, 0.0));
+    let settings = Settings { samples: 1, shadow_maps: 3, ..Settings::default() }.for_files();
+    let (mut renderer, mut batches) = (Renderer::new(&gpu), ViewBatches::default());
+    let mut sizes = SHADOW_SIDES.map(|(pixels, _)| (pixels, pixels));
+    for step in 0..8 {
+        drawn.move_to(drawn.cubes[3], Vec3::new(1.0 - 0.3 * step as f32, 0.2, 0.5));
+        drawn.scene.simulation.frame();
+        sizes.rotate_left(1);
+        if step % 2 == 0 {
+            sizes.reverse();
+        }
+        let view = |size| Viewpoint::Camera(drawn.scene.camera).view(&drawn.scene.simulation.world, size);
+        let plans = sizes.map(|size| ViewPlan { view: view(size), settings });
+        // One of them is not drawn in every frame: its layers miss what moved.
+        let plans = &plans[..if step % 3 == 1 { 2 } else { 3 }];
+        let simulation = &mut drawn.scene.simulation;
+        let together = simulation.with_frame(|frame| renderer.draw_views(frame, &mut batches, plans)).expect("it fits");
+        for (plan, outputs) in plans.iter().zip(together) {
+            let mut alone = SingleView::new(&gpu);
+            simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings)).expect("it fits");
+            assert!(Some(alone.draw_picture()) == outputs.picture, "{step}, {} pixels", plan.view.width);
+        }
+    }
+    // Three lamps and the levels of a sun each.
+    let layers = |(side, levels): (u64, u64)| (3 + levels) * side * side * 4;
+    let bytes: u64 = [(192, 8), (384, 7), (768, 6)].map(layers).iter().sum();
+    assert_eq!(renderer.held_bytes().shadow_maps, bytes);
+}
+
+/// Views of two sizes in one submission, as a window and what its sensors see.
+#[test]
+fn a_window_and_a_thumbnail_are_drawn_together() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut drawn = Drawn::new(&gpu);
+    drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.2, -1.0, 0.0));
+    let mut renderer = Renderer::new(&gpu);
+    let settings = Settings::default().for_files();
+    let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
+    let textures = [SIDE, 70].map(|side| picture_texture(&gpu, (side, side)));
+    let targets = textures.each_ref().map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
+    for step in 0..6 {
+        drawn.move_to(drawn.cubes[3], Vec3::new(1.0 - 0.3 * step as f32, 0.2, 0.5));
+        let simulation = &mut drawn.scene.simulation;
+        simulation.frame();
+        let view = |side| Viewpoint::Camera(drawn.scene.camera).view(&simulation.world, (side, side));
+        let plans = [SIDE, 70].map(|side| ViewPlan { view: view(side), settings });
+        let [first, second] = &mut states;
+        let mut views = [(&mut *first, plans[0].clone()), (&mut *second, plans[1].clone())];
+        simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
+        let views = [(first, &targets[0]), (second, &targets[1])];
+        common::encode(&mut renderer, &mut views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)));
+        for (texture, plan) in textures.iter().zip(plans) {
+            let mut alone = SingleView::new(&gpu);
+            simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings)).expect("it fits");
+            assert!(alone.draw_picture().into_raw() == read_texture(&gpu, texture), "{step}");
         }
     }
 }

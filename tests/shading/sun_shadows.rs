@@ -1,6 +1,6 @@
 //! Shadows of directional lights: pictures whose every sample is known, and what they cost.
 
-use crate::common::floor::{Floor, SIDE, check_edges, headless, is_free, lamp};
+use crate::common::floor::{Floor, SHADOW_SIDES, SIDE, check_edges, headless, is_free, lamp};
 use crate::common::{self, prelude::*};
 use relief::renderer::ShadowStats;
 
@@ -25,10 +25,11 @@ fn stats(headless: &Headless) -> ShadowStats {
     headless.renderer.stats().shadows
 }
 
-/// Metres that a texel covers at most where a point is looked up that is so far from the eye across the rays.
-fn texel(across: f64) -> f64 {
-    // The first level ends at 6 m, and the next begins at 0.8 of that.
-    let level = (across / (0.8 * 6.0)).log2().ceil().max(0.0);
+/// Metres that a texel covers at most where a point is looked up that is so far from the eye across the rays, in layers
+/// of so many texels along a side.
+fn texel(across: f64, side: f64) -> f64 {
+    // The first of the finest levels ends at 6 m, and the next begins at 0.8 of that.
+    let level = (across / (0.8 * 6.0 * side / 768.0)).log2().ceil().max(0.0);
     16.0 / 768.0 * level.exp2()
 }
 
@@ -38,26 +39,33 @@ fn texel(across: f64) -> f64 {
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     let Some(mut headless) = common::gpu().map(|gpu| headless(&gpu)) else { return };
-    for (elevation, height) in
-        [(55.0, 3.0), (55.0, 9.0), (55.0, 30.0), (25.0, 3.0), (25.0, 5.5), (25.0, 14.0), (12.0, 4.0)]
-    {
-        let mut floor = Floor::new();
-        floor.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
-        add_sun(&mut floor, 2.0, elevation);
-        set_eye(&mut floor, Vec3::Y * height);
-        let toward = toward(elevation);
-        let is_lit = |at: DVec2| {
-            let at = DVec3::new(at.x, 0.0, at.y);
-            is_free(at, at + 100.0 * toward)
-        };
-        // A texel as it lies on the floor: longer the flatter light falls there.
-        let margin = |place: DVec2| {
-            let v = DVec3::new(place.x, -f64::from(height), place.y);
-            1.5 * texel((v - v.dot(toward) * toward).length()) / toward.y
-        };
-        let name = format!("{elevation}°, {height} m");
-        let [dark, lit, unsure] = check_edges(&floor.shares(&mut headless), is_lit, margin, &name);
-        assert!(dark > 500 && lit > 5000, "{name}: {dark} dark, {lit} lit, {unsure} unsure");
+    for (pixels, side) in SHADOW_SIDES {
+        let mut dark_parts = 0.0;
+        for (elevation, height) in
+            [(55.0, 3.0), (55.0, 9.0), (55.0, 30.0), (25.0, 3.0), (25.0, 5.5), (25.0, 14.0), (12.0, 4.0)]
+        {
+            let mut floor = Floor { pixels, ..Floor::new() };
+            floor.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+            add_sun(&mut floor, 2.0, elevation);
+            set_eye(&mut floor, Vec3::Y * height);
+            let toward = toward(elevation);
+            let is_lit = |at: DVec2| {
+                let at = DVec3::new(at.x, 0.0, at.y);
+                is_free(at, at + 100.0 * toward)
+            };
+            // A texel as it lies on the floor: longer the flatter light falls there.
+            let margin = |place: DVec2| {
+                let v = DVec3::new(place.x, -f64::from(height), place.y);
+                1.5 * texel((v - v.dot(toward) * toward).length(), side) / toward.y
+            };
+            let name = format!("{elevation}°, {height} m, {side} texels");
+            let [dark, lit, unsure] = check_edges(&floor.shares(&mut headless), is_lit, margin, &name);
+            // The coarser a layer, the more of a shadow is edge: in some cases all.
+            let (all, is_known) = (pixels.pow(2) as usize, side < 768.0 || dark > 500);
+            assert!(is_known && lit > all / 8, "{name}: {dark} dark, {lit} lit, {unsure} unsure");
+            dark_parts += dark as f64 / all as f64;
+        }
+        assert!(dark_parts > 0.1, "{side} texels: {dark_parts}");
     }
 }
 

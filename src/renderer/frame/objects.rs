@@ -48,7 +48,7 @@ impl Renderer {
     fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, behind: Option<&SceneColorCopy>) {
         pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
         let shadows = view.pass.shadows().and_then(|shadows| match shadows {
-            Shadows::Maps => self.own.shadow_maps.group(),
+            Shadows::Maps => self.own.shadow_maps.group(view.shadow_side),
             Shadows::Traced => view.traced.as_ref(),
         });
         if let Some(shadows) = shadows {

@@ -163,7 +163,7 @@ impl Renderer {
         if let Err(error) = prepared {
             views.iter_mut().for_each(|(state, plan)| state.forget(&plan.settings));
             // There may have been no memory for them.
-            self.own.shadow_maps = ShadowMaps::new();
+            self.own.shadow_maps = ShadowMaps::default();
             return Err(error);
         }
         let list = frame.list;
@@ -305,20 +305,18 @@ impl Renderer {
 
     /// Gives layers to the lights that have a shadow map in some view.
     fn choose_shadows(&mut self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) {
-        let casting = frame.shadows.map_or(0, |scene| scene.lights().lights().len() as u32);
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
         if shadowed.is_empty() {
             // Views that shade nothing do not tell whether others read them.
             if views.iter().any(|(_, plan)| plan.settings.outputs.is_shaded()) {
-                self.own.shadow_maps = ShadowMaps::new();
+                self.own.shadow_maps = ShadowMaps::default();
             }
             return;
         }
-        let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
         let (device, class_layout) = (&self.gpu.device, &self.assets.textures.layout);
         let layout = self.pipelines.shadows_layout(device, class_layout, Shadows::Maps).clone();
         let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
-        self.own.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
+        self.own.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed);
     }
 
     /// The records of the layers that a view reads.

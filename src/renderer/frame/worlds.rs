@@ -41,7 +41,7 @@ impl WorldUploads {
         Self {
             epoch: EPOCHS.fetch_add(1, Ordering::Relaxed),
             tables: FrameTables::new(device),
-            shadow_maps: ShadowMaps::new(),
+            shadow_maps: ShadowMaps::default(),
             draws: [IndirectDraws::new(device), IndirectDraws::new(device)],
             uploads: Uploads::default(),
             asset_versions: (0, 0),

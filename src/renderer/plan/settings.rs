@@ -174,6 +174,8 @@ pub struct Settings {
     /// The four brightest directional lights have theirs besides. 0: no shadows at all; at most
     /// [`Self::MOST_SHADOW_MAPS`].
     pub shadow_maps: u32,
+    /// Pixels along a side that the caller makes one of, at least 1. Shadow maps are as fine as such a one can show.
+    pub oversampling: u32,
     /// Outputs that are drawn. Without the picture, its target stays as it is, or has undefined colours. Others are
     /// drawn with the picture where pixels have one sample each and no object is drawn with
     /// [`Technique::EmbossMultipass`], else in a pass after it.
@@ -205,6 +207,7 @@ impl Default for Settings {
             occlusion: Occlusion::Auto,
             few_on_cpu: false,
             shadow_maps: 32,
+            oversampling: 1,
             outputs: OutputSet::COLOR,
         }
     }

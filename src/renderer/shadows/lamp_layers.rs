@@ -14,15 +14,13 @@
 //! ```
 
 use super::shadow::Shadow;
-use super::shadow_layers::{Face, SIZE, Turn, fade_bits, filter_of, rounding, upper_half};
+use super::shadow_layers::{Face, Turn, fade_bits, filter_of, rounding, upper_half};
 use glam::Vec3;
 use systems::lights::LightRecord;
 use systems::space::Sphere;
 
 /// Texels on each side of a face beyond what it shows: filters read no other face.
 pub(crate) const GUTTER: f32 = 2.0;
-/// Texels of a slope of one in the smaller faces; wherever else there are more.
-pub(crate) const SMALLEST_SCALE: f32 = SIZE as f32 / 6.0 - GUTTER;
 /// Versine of the widest spot that is drawn through one perspective projection: 60° from its axis.
 const WIDEST_SPOT: f32 = 0.5;
 
@@ -37,6 +35,8 @@ pub(crate) struct Lamp {
     range: f32,
     /// Metres: the radius of what shines.
     size: f32,
+    /// Texels along a side of its layer.
+    side: u32,
     /// `None` for a point light.
     cone: Option<Cone>,
 }
@@ -53,27 +53,27 @@ struct Cone {
 }
 
 impl Lamp {
-    /// The light of a record; `near` is [`systems::lights::Light::shadow_near`].
-    pub fn new(light: &LightRecord, near: f32) -> Self {
+    /// The light of a record; `near` is [`systems::lights::Light::shadow_near`], `side` that of its layer.
+    pub fn new(light: &LightRecord, near: f32, side: u32) -> Self {
         let is_spot = matches!(light.kind, LightRecord::SPOT_CONE | LightRecord::SPOT_EXPONENT);
         let cone = is_spot.then(|| {
             let versine = light.versine_outer;
             let axis = Vec3::from(light.direction).normalize_or(Vec3::NEG_Z);
             let (cos, sin) = (1.0 - versine, (versine * (2.0 - versine)).max(0.0).sqrt());
             let fills = versine > 0.0 && versine <= WIDEST_SPOT;
-            let fills = fills.then(|| (Turn::new(axis), upper_half((0.5 * SIZE as f32 - GUTTER) / (sin / cos))));
+            let fills = fills.then(|| (Turn::new(axis), upper_half((0.5 * side as f32 - GUTTER) / (sin / cos))));
             Cone { axis, edge: [cos, sin], fills }
         });
         let range = 1.0 / light.inverse_range_squared.sqrt();
-        Self { position: light.position.into(), near, range, size: light.size, cone }
+        Self { position: light.position.into(), near, range, size: light.size, side, cone }
     }
 
-    /// The record that shaders read of the light's layer: quaternion; in one word the size and texels of a slope of one
-    /// (0 for six faces), and in one how much of the shadow is seen, in parts of 65,535, and the near distance. Of each
-    /// of these floats it is the upper half of its bits.
-    pub fn record(&self, fade: f32) -> [u32; 4] {
+    /// The record that shaders read of the light's layer: quaternion, and the layer's number in the place of its z; in
+    /// one word the size and texels of a slope of one (0 for six faces), and in one how much of the shadow is seen, in
+    /// parts of 65,535, and the near distance. Of each of these floats it is the upper half of its bits.
+    pub fn record(&self, fade: f32, layer: u32) -> [u32; 4] {
         let ([x, y], scale) = self.fills().map_or(([0; 2], 0.0), |(turn, scale)| (turn.words(), scale));
-        [x, y, scale.to_bits() | self.size.to_bits() >> 16, self.near().to_bits() | fade_bits(fade)]
+        [x, y | layer, scale.to_bits() | self.size.to_bits() >> 16, self.near().to_bits() | fade_bits(fade)]
     }
 
     fn fills(&self) -> Option<(Turn, f32)> {
@@ -93,11 +93,11 @@ impl Lamp {
     /// The faces of its layer.
     pub fn faces(&self) -> Vec<Face> {
         if let Some((turn, scale)) = self.fills() {
-            let k = scale / (0.5 * SIZE as f32);
+            let k = scale / (0.5 * self.side as f32);
             let [x, y, z] = turn.rows();
-            return vec![Face { right: k * x, up: -k * y, toward: -z, corner: [0, 0], size: SIZE }];
+            return vec![Face { right: k * x, up: -k * y, toward: -z, corner: [0, 0], size: self.side }];
         }
-        let third = SIZE / 3;
+        let third = self.side / 3;
         // By the axis, whether it points down it, and the upper left texel in thirds.
         let small = [(0, 1.0, [2, 0]), (0, -1.0, [2, 1]), (1, 1.0, [2, 2]), (2, 1.0, [0, 2]), (2, -1.0, [1, 2])];
         let faces = small.map(|(axis, sign, thirds)| (axis, sign, thirds.map(|at: u32| at * third), third));
@@ -146,7 +146,9 @@ impl Lamp {
     pub fn shadow(&self, sphere: Sphere) -> Option<Shadow> {
         let v = sphere.center - self.position;
         let distance = v.length();
-        let room = self.filter() * distance / SMALLEST_SCALE + rounding(sphere.center, self.position);
+        // Texels of a slope of one in the smaller faces; wherever else there are more.
+        let scale = self.side as f32 / 6.0 - GUTTER;
+        let room = self.filter() * distance / scale + rounding(sphere.center, self.position);
         let start = Sphere { center: sphere.center, radius: sphere.radius * 1.001 + room };
         let growth = start.radius / distance;
         // What is lit at the cone's edge touches a sphere that is farther away by its angle's cosine.
@@ -165,6 +167,7 @@ impl Lamp {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::renderer::shadows::sides::SIDES;
 
     fn light(kind: u32, direction: Vec3) -> LightRecord {
         LightRecord {
@@ -187,21 +190,24 @@ mod tests {
 
     #[test]
     fn faces_fill_their_layer_and_none_covers_another() {
-        let faces = Lamp::new(&light(LightRecord::POINT, Vec3::ZERO), 0.05).faces();
-        let mut covered = vec![0; (SIZE * SIZE) as usize];
-        for face in &faces {
-            for y in face.corner[1]..face.corner[1] + face.size {
-                let row = (y * SIZE + face.corner[0]) as usize;
-                covered[row..row + face.size as usize].iter_mut().for_each(|count| *count += 1);
+        for side in SIDES {
+            let faces = Lamp::new(&light(LightRecord::POINT, Vec3::ZERO), 0.05, side).faces();
+            let mut covered = vec![0; (side * side) as usize];
+            for face in &faces {
+                for y in face.corner[1]..face.corner[1] + face.size {
+                    let row = (y * side + face.corner[0]) as usize;
+                    covered[row..row + face.size as usize].iter_mut().for_each(|count| *count += 1);
+                }
             }
+            assert!(covered.iter().all(|&count| count == 1), "{side}");
         }
-        assert!(covered.iter().all(|&count| count == 1));
     }
 
     #[test]
     fn every_direction_is_in_a_face_and_whatever_is_seen_there_is_held() {
-        let point = Lamp::new(&light(LightRecord::POINT, Vec3::ZERO), 0.05);
-        let spot = Lamp::new(&light(LightRecord::SPOT_CONE, Vec3::new(0.3, -1.0, 0.2).normalize()), 0.05);
+        let [_, side, _] = SIDES;
+        let point = Lamp::new(&light(LightRecord::POINT, Vec3::ZERO), 0.05, side);
+        let spot = Lamp::new(&light(LightRecord::SPOT_CONE, Vec3::new(0.3, -1.0, 0.2).normalize()), 0.05, side);
         for i in 0..2000 {
             let z = 1.0 - 2.0 * (i as f32 + 0.5) / 2000.0;
             let (sin, cos) = (i as f32 * 2.4).sin_cos();
@@ -217,7 +223,7 @@ mod tests {
             let in_cone = 1.0 - v.normalize().dot(direction) < 0.25;
             let at = texel(face, v);
             // A spot's cone touches the sides of its square, less the gutter.
-            assert!(!in_cone || at.is_some_and(|at| at.iter().all(|c| (1.9..SIZE as f32 - 1.9).contains(c))), "{at:?}");
+            assert!(!in_cone || at.is_some_and(|at| at.iter().all(|c| (1.9..side as f32 - 1.9).contains(c))), "{at:?}");
             assert!(at.is_none() || spot.holds(face, sphere));
         }
         // What is beside a face by more than its radius is not held.

@@ -4,7 +4,8 @@
 //! another one than was drawn.
 //!
 //! While something moves in frame after frame, the casters that stand still are drawn once, into the layer's *base*.
-//! Then the base is copied and only the rest is drawn. Depths are a maximum, which does not depend on what came first.
+//! Then the base is copied and only the rest is drawn. Depths are a maximum, which does not depend on what came first: so
+//! what comes to rest is added to the base, and where some of it moves again only that face of the base is drawn anew.
 //!
 //! A moving caster whose shadow no view shows is *left out*, for that frame. If it stays there, it is drawn in the next
 //! one.
@@ -58,7 +59,8 @@ pub(crate) struct Layer {
 #[derive(Debug)]
 pub(crate) struct Base {
     pub texture: wgpu::Texture,
-    pub is_drawn: bool,
+    /// Nothing is drawn there yet.
+    pub is_new: bool,
 }
 
 /// A face, and what is before it.
@@ -68,9 +70,11 @@ pub(crate) struct LayerFace {
     /// By what they are drawn with, mesh, level and slot.
     casters: Vec<Caster>,
     /// All but those that are left out are drawn.
-    pub is_drawn: bool,
+    is_drawn: bool,
     /// Some are left out.
     leaves_out: bool,
+    /// The layer's base, if there is one, has no other casters than those that say so.
+    base_is_drawn: bool,
 }
 
 /// Pipeline key of casters: of masks their class and the inputs of their shader.
@@ -97,10 +101,18 @@ struct Caster {
     drawn: FaceCaster,
     /// The frame since which it is as it is, as far as is known.
     since: u64,
-    /// It is in the layer's base.
-    in_base: bool,
+    in_base: InBase,
     /// It is not drawn: it changed in this frame, and no view shows its shadow.
     is_left_out: bool,
+}
+
+/// Part that a caster has in its layer's base, if there is one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum InBase {
+    No,
+    /// It is to be drawn there.
+    Joins,
+    Yes,
 }
 
 impl Caster {
@@ -116,7 +128,7 @@ impl Caster {
 #[derive(Debug)]
 pub(crate) struct DueLayer {
     pub layer: usize,
-    /// The base to be drawn before; empty where it is there, or there is none.
+    /// Faces of the base to be drawn before; empty where all is there, or there is none.
     pub base: Vec<DueFace>,
     pub start: Start,
     pub faces: Vec<DueFace>,
@@ -126,14 +138,16 @@ pub(crate) struct DueLayer {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Start {
     Nothing,
-    /// Previous content, except the faces that are due.
-    OtherFaces,
+    /// Previous content.
+    Before,
     Base,
 }
 
 #[derive(Debug)]
 pub(crate) struct DueFace {
     pub face: Face,
+    /// Previous content is erased before.
+    pub is_erased: bool,
     pub slots: Vec<u32>,
     pub draws: Vec<CasterDraw>,
 }
@@ -183,7 +197,7 @@ impl Layer {
             let is_there = |before: &LayerFace| before.is_drawn && !before.leaves_out;
             let is_drawn =
                 before.get(index).filter(is_same).is_some_and(is_there) && !casters.iter().any(is_another_mask);
-            LayerFace { face, casters, is_drawn, leaves_out: false }
+            LayerFace { face, casters, is_drawn, leaves_out: false, base_is_drawn: false }
         };
         (self.base, self.busy) = (None, 0);
         self.faces = light.faces().into_iter().enumerate().map(of_face).collect();
@@ -202,7 +216,7 @@ impl Layer {
             };
             let masks = face.casters.iter().filter(|caster| is_another_mask(caster));
             let (mut is_same, mut spoils_base) = (true, false);
-            masks.for_each(|mask| (is_same, spoils_base) = (false, spoils_base | mask.in_base));
+            masks.for_each(|mask| (is_same, spoils_base) = (false, spoils_base | (mask.in_base != InBase::No)));
             let mut new = held(&reached, light, &face.face, meshes);
             let old: Vec<_> = face.casters.iter().filter(|caster| is_another(caster)).copied().collect();
             let stays = old.len() == new.len() && old.iter().zip(&new).all(|(old, new)| old.is_same(new));
@@ -216,7 +230,7 @@ impl Layer {
                     caster.since = changes.frame;
                     caster.is_left_out = unseen.binary_search(&caster.drawn.slot).is_ok();
                 }
-                spoils_base |= old.iter().any(|caster| caster.in_base);
+                spoils_base |= old.iter().any(|caster| caster.in_base != InBase::No);
                 is_same &= old.iter().chain(&new).all(|caster| caster.is_left_out);
                 face.leaves_out = new.iter().any(|caster| caster.is_left_out);
                 face.casters.retain(|caster| !is_another(caster));
@@ -224,9 +238,7 @@ impl Layer {
                 face.casters.sort_by_key(Caster::order);
             }
             face.is_drawn &= is_same;
-            if spoils_base {
-                self.base = None;
-            }
+            face.base_is_drawn &= !spoils_base;
         }
     }
 
@@ -247,30 +259,52 @@ impl Layer {
 
     /// Casters to be drawn into a layer that is due, whose number is given. `frame`: if it was looked at before, and
     /// its number.
-    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, is_same: bool, frame: u64) -> DueLayer {
+    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, is_same: bool, frame: u64, side: u32) -> DueLayer {
         self.busy += u32::from(!is_same);
         let is_still = |caster: &Caster| caster.since + STILL <= frame;
-        let missing = self.vertices(meshes, |caster| is_still(caster) && !(caster.in_base && self.base.is_some()));
-        let mut base = Vec::new();
-        if self.busy > BUSY && missing >= WORTHWHILE {
+        if self.base.is_none() {
+            // None of what is said of an earlier one holds.
+            for face in &mut self.faces {
+                face.base_is_drawn = false;
+                face.casters.iter_mut().for_each(|caster| caster.in_base = InBase::No);
+            }
+        }
+        let may_join = |caster: &Caster| caster.in_base == InBase::No && is_still(caster);
+        if self.busy > BUSY && self.vertices(meshes, may_join) >= WORTHWHILE {
             let casters = self.faces.iter_mut().flat_map(|face| &mut face.casters);
-            casters.for_each(|caster| caster.in_base = is_still(caster));
-            let texture = self.base.take().map_or_else(|| base_texture(&gpu.device), |base| base.texture);
-            self.base = Some(Base { texture, is_drawn: false });
+            casters.filter(|caster| may_join(caster)).for_each(|caster| caster.in_base = InBase::Joins);
+            self.base.get_or_insert_with(|| Base { texture: base_texture(&gpu.device, side), is_new: true });
         }
-        if self.base.as_ref().is_some_and(|base| !base.is_drawn) {
-            base = self.faces.iter().map(|face| face.due(meshes, |caster| caster.in_base)).collect();
-        }
-        let (start, faces) = if self.base.is_some() {
-            let is_over_base = |caster: &Caster| !caster.in_base && !caster.is_left_out;
-            let moving = self.faces.iter().filter(|face| face.casters.iter().any(is_over_base));
-            (Start::Base, moving.map(|face| face.due(meshes, is_over_base)).collect())
-        } else {
+        let Some(Base { is_new, .. }) = self.base else {
+            let is_whole = self.faces.iter().all(|face| !face.is_drawn);
             let due = self.faces.iter().filter(|face| !face.is_drawn);
-            let faces: Vec<_> = due.map(|face| face.due(meshes, |_| true)).collect();
-            (if faces.len() == self.faces.len() { Start::Nothing } else { Start::OtherFaces }, faces)
+            let faces = due.map(|face| face.due(meshes, !is_whole, |_| true)).collect();
+            let start = if is_whole { Start::Nothing } else { Start::Before };
+            return DueLayer { layer, base: Vec::new(), start, faces };
         };
-        DueLayer { layer, base, start, faces }
+        let joins = |caster: &Caster| caster.in_base == InBase::Joins;
+        let base = self.faces.iter().filter(|face| !face.base_is_drawn || face.casters.iter().any(joins));
+        let base = base.map(|face| {
+            let is_there = |caster: &Caster| face.base_is_drawn && caster.in_base == InBase::Yes;
+            face.due(meshes, !face.base_is_drawn && !is_new, |caster| caster.in_base != InBase::No && !is_there(caster))
+        });
+        let is_over_base = |caster: &Caster| caster.in_base == InBase::No && !caster.is_left_out;
+        let moving = self.faces.iter().filter(|face| face.casters.iter().any(is_over_base));
+        let faces = moving.map(|face| face.due(meshes, false, is_over_base)).collect();
+        DueLayer { layer, base: base.collect(), start: Start::Base, faces }
+    }
+
+    /// Notes that what is due is drawn.
+    pub fn drawn_now(&mut self) {
+        let Self { faces, base, .. } = self;
+        if let Some(base) = base {
+            base.is_new = false;
+        }
+        for face in faces {
+            (face.is_drawn, face.base_is_drawn) = (true, true);
+            let joining = face.casters.iter_mut().filter(|caster| caster.in_base == InBase::Joins);
+            joining.for_each(|caster| caster.in_base = InBase::Yes);
+        }
     }
 
     /// Number of vertices of some of its casters.
@@ -283,11 +317,11 @@ impl Layer {
 
 impl LayerFace {
     /// Draws of some of its casters.
-    fn due(&self, meshes: &Meshes, is_drawn: impl Fn(&Caster) -> bool) -> DueFace {
+    fn due(&self, meshes: &Meshes, is_erased: bool, is_drawn: impl Fn(&Caster) -> bool) -> DueFace {
         let drawn = self.casters.iter().filter(|caster| !caster.is_left_out && is_drawn(caster));
         let casters: Vec<Caster> = drawn.copied().collect();
         let slots = casters.iter().map(|caster| caster.drawn.slot).collect();
-        DueFace { face: self.face, slots, draws: draws_of(&casters, meshes) }
+        DueFace { face: self.face, is_erased, slots, draws: draws_of(&casters, meshes) }
     }
 }
 
@@ -319,7 +353,7 @@ fn face_caster(caster: &ShadowCaster, light: &LayerLight, face: &Face, meshes: &
     let place = [m.x_axis, m.y_axis, m.z_axis, world_from_object.translation].map(Vec3::from);
     let mask = is_mask.then_some(material);
     let drawn = FaceCaster { mesh, level, slot, place, mask };
-    Some(Caster { key, drawn, since: 0, in_base: false, is_left_out: false })
+    Some(Caster { key, drawn, since: 0, in_base: InBase::No, is_left_out: false })
 }
 
 /// A draw for each run of casters of one kind, mesh and level.

@@ -1,17 +1,15 @@
 //! The layers of the shadow maps: their size, their faces, and the numbers that shaders read of them.
 //!
-//! A layer is a square of [`SIZE`] texels. A point light or a spot has one (`lamp_layers.rs`), a directional light one
-//! for each level around an eye (`sun_levels.rs`). What can be seen of a layer depends on that and on the casters
-//! before it, and on no frame before (`layer_casters.rs`).
+//! A layer is a square, as fine as the views that read it can show (`sides.rs`). A point light or a spot has one
+//! (`lamp_layers.rs`), a directional light one for each level around an eye (`sun_levels.rs`). What can be seen of a
+//! layer depends on that and on the casters before it, and on no frame before (`layer_casters.rs`).
 //! `shaders/shadows.wgsl` has the twins of the formulas.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, DVec4, Quat, Vec3, Vec4Swizzles};
 
-/// Texels along a side of a layer; a multiple of 3.
-pub(crate) const SIZE: u32 = 768;
-/// Most layers: what a texture array has on every device, less some. Their number, counted from 1, has eight bits in a
-/// light's record, in which numbers above are left for directional lights.
+/// Most layers of a side: what a texture array has on every device, less some. Lamps' numbers, counted from 1, have
+/// eight bits in a light's record, in which numbers above are left for directional lights.
 pub(crate) const MOST_LAYERS: usize = 240;
 
 /// A projection into a part of a layer.
@@ -77,16 +75,17 @@ pub(crate) fn rounding(a: Vec3, b: Vec3) -> f32 {
 pub(crate) struct Turn([i16; 4]);
 
 impl Turn {
-    /// Makes the turn of a light that shines in a direction, world space.
+    /// Makes the turn of a light that shines in a direction, world space. Its axis is at a right angle to Z.
     pub fn new(direction: Vec3) -> Self {
         let turn = Quat::from_rotation_arc(direction.normalize_or(Vec3::NEG_Z), Vec3::NEG_Z);
-        Self(turn.to_array().map(|part| (part * f32::from(i16::MAX)).round() as i16))
+        let [x, y, _, w] = turn.to_array().map(|part| (part * f32::from(i16::MAX)).round() as i16);
+        Self([x, y, 0, w])
     }
 
-    /// Packs it for shaders.
+    /// Packs it for shaders; the lower half of the second word is free.
     pub fn words(self) -> [u32; 2] {
-        let [x, y, z, w] = self.0.map(|part| u32::from(part as u16));
-        [x | y << 16, z | w << 16]
+        let [x, y, _, w] = self.0.map(|part| u32::from(part as u16));
+        [x | y << 16, w << 16]
     }
 
     /// Matrix of the shaders' `turned`, from world axes to the light's frame. It is nearly a rotation: layers are drawn

@@ -1,7 +1,7 @@
 //! Passes that draw casters into the layers of the shadow maps, and the bindings of receivers: the texture, the
 //! pipelines of `shaders/shadow_pass.wgsl` and the buffers that they read.
 
-use super::shadow_layers::{SIZE, ShadowFaceRecord};
+use super::shadow_layers::ShadowFaceRecord;
 use crate::renderer::gpu::formats::DEPTH_FORMAT;
 use crate::renderer::gpu::growing_buffer::GrowingBuffer;
 use crate::renderer::gpu::shaders;
@@ -30,10 +30,9 @@ pub(crate) struct OnDevice {
     /// Shaders of casters read tables and no view.
     view: wgpu::Buffer,
     pub tables: Option<(u32, wgpu::BindGroup)>,
-    pub maps: Option<Maps>,
 }
 
-/// The texture.
+/// The texture of layers of one side.
 #[derive(Debug)]
 pub(crate) struct Maps {
     texture: wgpu::Texture,
@@ -48,11 +47,11 @@ pub(crate) fn face_stride(device: &wgpu::Device) -> u32 {
 }
 
 impl Maps {
-    pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, layers: usize) -> Self {
+    pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, side: u32, layers: usize) -> Self {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
             | wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_DST;
-        let texture = layered_texture(device, "shadow maps", ((SIZE, SIZE), layers as u32), DEPTH_FORMAT, 1, usage);
+        let texture = layered_texture(device, "shadow maps", ((side, side), layers as u32), DEPTH_FORMAT, 1, usage);
         let layers = (0..layers as u32).map(|layer| layer_view(&texture, "shadow layer", layer)).collect();
         let all = texture.create_view(&wgpu::TextureViewDescriptor {
             label: Some("shadow maps"),
@@ -83,9 +82,9 @@ impl Maps {
 }
 
 /// A layer by itself, for what is still.
-pub(crate) fn base_texture(device: &wgpu::Device) -> wgpu::Texture {
+pub(crate) fn base_texture(device: &wgpu::Device, side: u32) -> wgpu::Texture {
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-    texture(device, "still casters", (SIZE, SIZE), DEPTH_FORMAT, 1, usage)
+    texture(device, "still casters", (side, side), DEPTH_FORMAT, 1, usage)
 }
 
 /// A pass that draws depths into a layer or a base.
@@ -155,7 +154,6 @@ impl OnDevice {
                 mapped_at_creation: false,
             }),
             tables: None,
-            maps: None,
             face_layout,
             shaders,
         }

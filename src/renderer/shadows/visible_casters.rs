@@ -97,6 +97,7 @@ mod tests {
     use super::*;
     use crate::renderer::shadows::lamp_layers::Lamp;
     use crate::renderer::shadows::shadow_layers::{Turn, WIDEST_FILTER};
+    use crate::renderer::shadows::sides::SIDES;
     use crate::renderer::shadows::sun_levels::{SunLayer, SunLevel};
     use glam::{Affine3A, Quat};
     use proptest::prelude::*;
@@ -116,7 +117,7 @@ mod tests {
         (vector(20.0), 1.0_f32..60.0).prop_map(|(position, range)| {
             let inverse_range_squared = if range < 50.0 { (range * range).recip() } else { 0.0 };
             let (position, kind) = (position.into(), LightRecord::POINT);
-            Lamp::new(&LightRecord { position, kind, inverse_range_squared, ..LightRecord::default() }, 0.05)
+            Lamp::new(&LightRecord { position, kind, inverse_range_squared, ..LightRecord::default() }, 0.05, SIDES[2])
         })
     }
 
@@ -149,8 +150,9 @@ mod tests {
                 let across = x.dot(point - eye).abs().max(y.dot(point - eye).abs()) / 6.0;
                 let level = across.log2().ceil().max(0.0);
                 let blends = across / level.exp2() > 0.8;
-                for level in [Some(level as u32), blends.then_some(level as u32 + 1)].into_iter().flatten() {
-                    let light = LayerLight::Sun(SunLayer::new(SunLevel::around(eye, turn, level), 0.0));
+                for level in [Some(level as usize), blends.then_some(level as usize + 1)].into_iter().flatten() {
+                    let around = SunLevel::around(eye, turn, 768).nth(level).expect("six levels");
+                    let light = LayerLight::Sun(SunLayer::new(around, 0.0));
                     prop_assert!(receivers.may_show(&light, on_ray(40.0 * z)), "level {level}");
                 }
             }
@@ -170,7 +172,7 @@ mod tests {
             // Behind what casts: before it there is no shadow.
             prop_assume!(far * range > distance);
             let record = LightRecord { inverse_range_squared: (range * range).recip(), ..LightRecord::default() };
-            let lamp = Lamp::new(&LightRecord { kind: LightRecord::POINT, ..record }, 0.001);
+            let lamp = Lamp::new(&LightRecord { kind: LightRecord::POINT, ..record }, 0.001, SIDES[2]);
             let point = far * range * way;
             // At the cone's edge, within a hundredth of its tangent.
             let aside = beside.reject_from_normalized(way).normalize_or_zero();
@@ -189,11 +191,12 @@ mod tests {
     #[test]
     fn a_shadow_has_room_for_what_filters_read() {
         let caster = Sphere { center: Vec3::new(1.0, 2.0, 3.0), radius: 0.5 };
-        for level in 0..4 {
+        let turn = Turn::new(Vec3::NEG_Y);
+        for level in SIDES.into_iter().flat_map(|side| SunLevel::around(Vec3::ZERO, turn, side)) {
             for (size, reads) in [(0.0, 1.0), (0.1, WIDEST_FILTER)] {
-                let layer = SunLayer::new(SunLevel::around(Vec3::ZERO, Turn::new(Vec3::NEG_Y), level), size);
+                let layer = SunLayer::new(level, size);
                 let room = layer.shadow(caster).start.radius - caster.radius;
-                assert!(room >= reads * layer.texel(), "level {level}, size {size}: {room}");
+                assert!(room >= reads * layer.texel(), "{level:?}, size {size}: {room}");
             }
         }
     }
@@ -205,21 +208,23 @@ mod tests {
         let view = ReceiverView::of(&view, 1e-3);
         let bounds = Some((Vec3::new(-50.0, 0.0, -50.0), Vec3::new(50.0, 3.0, 50.0)));
         let receivers = VisibleReceivers::new([view].into_iter(), bounds);
-        let level = |turn, level| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::Y, turn, level), 0.0));
-        let sun = |direction| [0, 1, 2, 3].map(|number| level(Turn::new(direction), number));
+        let sun = |direction| {
+            let levels = SunLevel::around(Vec3::Y, Turn::new(direction), 768).take(4);
+            levels.map(|level| LayerLight::Sun(SunLayer::new(level, 0.0))).collect::<Vec<_>>()
+        };
         let (above, behind) = (sun(Vec3::NEG_Y), sun(Vec3::new(0.0, -0.1, -1.0)));
         let position = [0.0, 4.0, 8.0];
         let lamp = LightRecord { position, inverse_range_squared: 1e-3, ..LightRecord::default() };
-        let lamp = [LayerLight::Lamp(Lamp::new(&LightRecord { kind: LightRecord::POINT, ..lamp }, 0.05)); 4];
+        let lamp = [LayerLight::Lamp(Lamp::new(&LightRecord { kind: LightRecord::POINT, ..lamp }, 0.05, SIDES[2]))];
         for (light, at, shown) in [
-            (above, [0.0, 1.0, -10.0], true),
-            (above, [0.0, 1.0, 3.0], false),
-            (above, [20.0, 1.0, -5.0], false),
+            (&above[..], [0.0, 1.0, -10.0], true),
+            (&above, [0.0, 1.0, 3.0], false),
+            (&above, [20.0, 1.0, -5.0], false),
             // Shadows are ten times as long as what casts is high.
-            (behind, [0.0, 3.0, 10.0], true),
-            (behind, [0.0, 1.0, 40.0], false),
-            (lamp, [0.0, 3.5, 6.0], true),
-            (lamp, [0.0, 2.0, 12.0], false),
+            (&behind, [0.0, 3.0, 10.0], true),
+            (&behind, [0.0, 1.0, 40.0], false),
+            (&lamp, [0.0, 3.5, 6.0], true),
+            (&lamp, [0.0, 2.0, 12.0], false),
         ] {
             let sphere = Sphere { center: at.into(), radius: 0.5 };
             assert_eq!(light.iter().any(|layer| receivers.may_show(layer, sphere)), shown, "{at:?}");

@@ -26,7 +26,8 @@ use crate::renderer::plan::settings::Settings;
 use crate::renderer::plan::view_plan::ViewPlan;
 use crate::renderer::resources::frame_tables::FrameTables;
 use crate::renderer::resources::stats::Uploads;
-use crate::renderer::shadows::shadow_maps::ShadowedView;
+use crate::renderer::shadows::layer_set::ShadowedView;
+use crate::renderer::shadows::sides::side_for;
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
 use systems::assets::Technique;
@@ -79,6 +80,8 @@ pub struct ViewState {
     /// The lights that have a shadow map in this view, and what that was found for.
     ranked: Vec<Ranked>,
     ranked_for: Option<(u64, u64, ShadowView, u32)>,
+    /// Side of the layers that it reads.
+    pub(crate) shadow_side: u32,
     /// The bind group of shadows that rays found, if the view is drawn with such.
     pub(crate) traced: Option<wgpu::BindGroup>,
     /// For the debug view of cells.
@@ -133,6 +136,7 @@ impl ViewState {
             needs_redraw: false,
             ranked: Vec::new(),
             ranked_for: None,
+            shadow_side: 0,
             traced: None,
             cell_view: None,
             counts: CountReadback::default(),
@@ -214,6 +218,7 @@ impl ViewState {
             (self.ranked, self.ranked_for) = (Vec::new(), None);
             return;
         };
+        self.shadow_side = side_for(plan);
         let view = plan.view.shadow_view(&frame.list.environment);
         let ranked_for = Some((frame.list.world, lights.version(), view, plan.settings.shadow_maps));
         if self.ranked_for != ranked_for {
@@ -226,7 +231,7 @@ impl ViewState {
     /// Request for shadow maps; `None` if its pass reads none.
     pub(crate) fn shadowed<'a>(&'a self, plan: &'a ViewPlan) -> Option<ShadowedView<'a>> {
         let has_maps = self.pass.shadows() == Some(Shadows::Maps);
-        has_maps.then(|| ShadowedView { ranked: &self.ranked, plan })
+        has_maps.then(|| ShadowedView { ranked: &self.ranked, plan, side: self.shadow_side })
     }
 
     /// Blended objects in this view's order. Returns the bytes written.
@@ -351,7 +356,8 @@ impl ViewState {
         let record = plan.view.record(&list.environment, plan.settings.picked_entity);
         let level_error = plan.settings.levels.allowed_error(plan.view.pixels_at_1m());
         let culled_for = Some((record, plan.settings.technique));
-        let record = ViewRecord { shadow_records, level_error, ..record };
+        let shadow_side = self.shadow_side as f32;
+        let record = ViewRecord { shadow_records, level_error, shadow_side, ..record };
         gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
         let surfaces_changed = self.uploads.surfaces != uploads.surfaces;
         if self.recull || surfaces_changed || self.culled_for != culled_for {
