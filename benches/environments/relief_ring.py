@@ -78,7 +78,13 @@ class Ring(Traffic):
         )
 
     def observe(self, episode, capture):
-        camera = capture["ego/camera"]
+        return self.pictures(capture["ego/camera"])
+
+    def observe_all(self, episodes, seen):
+        return self.pictures(seen.camera)
+
+    @staticmethod
+    def pictures(camera):
         return {"color": camera.color, "depth": camera.depth, "instance": camera.instance}
 
 

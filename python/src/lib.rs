@@ -6,11 +6,13 @@
 //!           descriptions; light: what a light shines like
 //! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
 //!           of the process; watch: captures that were left out
-//! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others)
+//! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others); depth_steps: depths
+//!           as bytes
 //! entities  entity: what is in a world; own: its world; vehicle, light, portal, sensor; mounting: sensors by their
 //!           keywords; mounted: entities on others
 //! sims      sim: Sim, a world of a scene, and its run; spawning, contents: what comes into being, and is there; roads:
-//!           routes and signals; many: several worlds at once; dataset: captures as files
+//!           routes and signals; many: several worlds at once; columns: their sensors as arrays; dataset: captures as
+//!           files
 //! program   the command line
 //! ```
 //!
@@ -44,6 +46,8 @@ mod _relief {
     #[pymodule_export]
     use crate::captures::capture::Capture;
     #[pymodule_export]
+    use crate::captures::depth_steps::depth_steps;
+    #[pymodule_export]
     use crate::captures::points::LidarCapture;
     #[pymodule_export]
     use crate::captures::readings::{Collisions, Contact, Reading};
@@ -63,6 +67,8 @@ mod _relief {
     use crate::given::light::Light;
     #[pymodule_export]
     use crate::program::run_program;
+    #[pymodule_export]
+    use crate::sims::columns::capture_columns;
     #[pymodule_export]
     use crate::sims::dataset::Dataset;
     #[pymodule_export]

@@ -161,10 +161,12 @@ def calls(sim):
     yield lambda **given: route.points([1.0], **given), "lane", "count", OPTIONAL
     yield route.yaw, "along", "number", None
     pictures = [lambda take=take, **given: take(sensor="front", **given) for take in (relief.capture, relief.look)]
-    for function in (relief.step, relief.capture_due, *pictures):
+    columns = lambda **given: relief.capture_columns(names="front", **given)
+    for function in (relief.step, relief.capture_due, columns, *pictures):
         yield function, "sims", "worlds", None
     yield lambda **given: relief.step([sim], **given), "n", "count", OPTIONAL
     yield lambda **given: relief.capture([sim], **given), "sensor", "text", None
+    yield lambda **given: relief.capture_columns([sim], **given), "names", "names", None
     yield relief.replay, "recording", "path", None
     yield lambda **given: relief.replay("none.rec", **given), "scene", "path", OPTIONAL
     yield relief.set_threads, "threads", "count", None

@@ -150,6 +150,36 @@ def test_pictures_of_several_worlds_are_those_of_each_alone(road):
         relief.capture([worlds[0], road.fresh()], "front")
 
 
+def test_columns_of_several_worlds_are_what_each_measures(road):
+    ego = road.spawn_vehicle("car", route="main", along=90, lane=0, manual=True, name="ego")
+    ego.add_camera("front", size=(12, 8), at=(0, 1.5, 2.2), outputs=("color", "depth"))
+    ego.add_lane("lane", at=(0, 0, 0))
+    ego.add_collision("touch", at=(0, 0, 0))
+    ego.add_lidar("top", at=(0, 2, 0), columns=4)
+    worlds = [road.fork() for _ in range(3)]
+    # The last one has two others in it, the one before none.
+    for i, along in ((0, 93), (2, 92), (2, 89)):
+        worlds[i].spawn_vehicle("car", route="main", along=along, lane=0)
+    front, lane, touch = relief.capture_columns(worlds, ["ego/front", "ego/lane", "ego/touch"])
+    each = relief.capture_due([world.fork() for world in worlds])
+    for i, own in enumerate(each):
+        np.testing.assert_array_equal(front.color[i], own["front"].color)
+        np.testing.assert_array_equal(front.depth[i], own["front"].depth)
+        for name, column in lane.items():
+            assert column[i] == (i if name == "world" else getattr(own["lane"], name)), name
+        contacts = [(contact.instance, contact.depth, contact.normal) for contact in own["touch"]]
+        mine = touch["world"] == i
+        rows = zip(touch["instance"][mine], touch["depth"][mine], map(tuple, touch["normal"][mine]))
+        assert list(rows) == contacts, i
+    assert [len(own["touch"]) for own in each] == [1, 0, 2]
+    with pytest.raises(KeyError, match='world 0: no sensor "lane" was captured; it is not due, or there is none'):
+        relief.capture_columns(worlds, "lane")
+    with pytest.raises(ValueError, match='expected "ego/top" to be a camera or a sensor without pictures, found a lidar'):
+        relief.capture_columns(worlds, "ego/top")
+    with pytest.raises(ValueError, match="sims: expected at least one"):
+        relief.capture_columns([], "ego/lane")
+
+
 def test_a_picture_after_a_restore_is_that_of_the_state(road):
     ego = road.spawn_vehicle("car", route="main", along=40, lane=0, name="ego")
     ego.add_camera("front", size=(32, 24), at=(0, 1.5, 2.2), outputs=("color", "depth"))

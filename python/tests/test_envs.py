@@ -50,6 +50,39 @@ def test_gymnasium_finds_them_without_an_import():
     assert done.stdout == "relief/LaneFollow-v0 (8, 8, 3)\nrelief/Traffic-v0 (2, 8)\n"
 
 
+class Asked(Traffic):
+    """Asks each environment: of what it observes there are no arrays of all."""
+
+    def observe(self, episode, capture):
+        return super().observe(episode, capture)
+
+
+def leaves(value):
+    """The arrays and numbers of something nested."""
+    if isinstance(value, dict):
+        return [leaf for key in sorted(value) for leaf in [key, *leaves(value[key])]]
+    if isinstance(value, tuple) or isinstance(value, np.ndarray) and value.dtype == object:
+        return [leaf for own in value for leaf in leaves(own)]
+    return [value]
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_arrays_of_all_are_what_captures_of_each_are(mode):
+    assert Traffic().is_seen_together and not Asked().is_seen_together
+    envs = [DrivingVectorEnv(kind(size=SIZE), 3, autoreset_mode=mode) for kind in (Traffic, Asked)]
+    np.testing.assert_equal(*(leaves(env.reset(seed=5)) for env in envs))
+    random, ends = np.random.default_rng(7), 0
+    for step in range(120):
+        moves = random.uniform((-0.3, 0.3), (0.3, 1.0), (3, 2)).astype(np.float32)
+        given = [env.step(moves) for env in envs]
+        np.testing.assert_equal(*(leaves(own) for own in given), err_msg=f"step {step}")
+        assert [sim.hash() for sim in envs[0].sims] == [sim.hash() for sim in envs[1].sims], step
+        ends += int((given[0][2] | given[0][3]).sum())
+    assert ends > 3, "no episode ended: resets were not compared"
+    for env in envs:
+        env.close()
+
+
 def test_the_town_is_the_same_again():
     env = gymnasium.make("relief/Town-v0", size=SIZE)
     observation, _ = env.reset(seed=4)

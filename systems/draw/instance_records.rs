@@ -18,6 +18,7 @@ use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3A};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Objects by slot, and the slots whose records changed.
 #[derive(Clone, Debug, Default)]
@@ -49,12 +50,14 @@ impl InstanceSlots {
 pub struct InstanceRecords<'w> {
     world: &'w World,
     slots: &'w InstanceSlots,
+    /// `None`: a world that never had such components has no objects. Made once: it looks at all archetypes.
+    parts: OnceLock<Option<QueryState<Parts>>>,
 }
 
 impl<'w> InstanceRecords<'w> {
     /// Those of the objects in some slots. The world must know of [`PieceOf`].
     pub(crate) fn new(world: &'w World, slots: &'w InstanceSlots) -> Self {
-        Self { world, slots }
+        Self { world, slots, parts: OnceLock::new() }
     }
 
     /// The record in a slot, all zero where there is none.
@@ -91,9 +94,8 @@ impl Records for InstanceRecords<'_> {
             room.resize(slots.len(), InstanceRecord::default());
         }
         let records = &mut room[..slots.len()];
-        // A world that never had such components has no objects.
-        let parts = self.world.try_query::<Parts>();
-        let Some((parts, materials)) = parts.zip(self.world.get_resource::<MaterialTable>()) else {
+        let parts = self.parts.get_or_init(|| self.world.try_query());
+        let Some((parts, materials)) = parts.as_ref().zip(self.world.get_resource::<MaterialTable>()) else {
             records.fill(InstanceRecord::default());
             return records;
         };

@@ -6,6 +6,7 @@
 use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 use std::cell::Cell;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// So many parts for each thread keep all busy, whatever each takes.
 const ENOUGH: usize = 4;
@@ -86,8 +87,13 @@ impl Drop for Busy {
     }
 }
 
+/// A task for each thread, the caller's among them, takes number after number: a task of its own for each part would
+/// wake threads as often.
 fn run(pool: &TaskPool, count: usize, work: &(dyn Fn(usize) + Sync)) {
-    pool.scope(|scope| (0..count).for_each(|number| scope.spawn(async move { work(number) })));
+    let next = &AtomicUsize::new(0);
+    let take = move || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&number| number < count);
+    let tasks = count.min(pool.thread_num() + 1);
+    pool.scope(|scope| (0..tasks).for_each(|_| scope.spawn(async move { std::iter::from_fn(take).for_each(work) })));
 }
 
 #[cfg(test)]

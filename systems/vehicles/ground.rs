@@ -111,8 +111,8 @@ impl Grounds {
         }
         let cell = index(point.z, 1)? * self.size[0] + index(point.x, 0)?;
         let triangles = &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize];
-        let heights = triangles.iter().filter_map(|&index| height_in(&self.triangles[index as usize], point));
-        heights.filter(|height| *height <= point.y + step_up).reduce(f32::max)
+        let heights = triangles.iter().map(|&index| height_in(&self.triangles[index as usize], point, step_up));
+        Some(heights.fold(NOWHERE, f32::max)).filter(|height| *height > NOWHERE)
     }
 
     /// Height, pitch (up ahead) and roll (up to the left) of something on two axles: the reference point is under the
@@ -141,14 +141,20 @@ impl Grounds {
     }
 }
 
-/// The height of a triangle at a point's x and z, if it is there.
-fn height_in([a, b, c]: &[Vec3; 3], point: Vec3) -> Option<f32> {
+/// Height where there is no ground.
+const NOWHERE: f32 = f32::NEG_INFINITY;
+
+/// The height of a triangle at a point's x and z, if it is there and counts as below the point. Without a branch: which
+/// triangles of a cell these are is hard to predict.
+fn height_in([a, b, c]: &[Vec3; 3], point: Vec3, step_up: f32) -> f32 {
     let area = (b.x - a.x) * (c.z - a.z) - (c.x - a.x) * (b.z - a.z);
     let u = ((b.x - point.x) * (c.z - point.z) - (c.x - point.x) * (b.z - point.z)) / area;
     let v = ((c.x - point.x) * (a.z - point.z) - (a.x - point.x) * (c.z - point.z)) / area;
     let w = 1.0 - u - v;
+    let height = u * a.y + v * b.y + w * c.y;
     // Points on edges belong to both sides.
-    (u.min(v).min(w) >= -1e-5).then_some(u * a.y + v * b.y + w * c.y)
+    let is_there = (u >= -1e-5) & (v >= -1e-5) & (w >= -1e-5);
+    if is_there & (height <= point.y + step_up) { height } else { NOWHERE }
 }
 
 type NewGround = Or<(Added<Ground>, (With<Ground>, Changed<Transform>))>;

@@ -5,7 +5,10 @@
 
 use super::components::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber};
 use crate::assets::material::MaterialId;
+use crate::ecs::changes::{LIGHT_ROWS, rows_per_task};
 use crate::ecs::clock::Clock;
+use crate::ecs::columns::Column;
+use crate::ecs::parallel::in_parallel;
 use crate::lights::components::Light;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -195,12 +198,17 @@ pub fn switch_lamps(
     mut vehicles: Query<(&VehicleNumber, &Motion, &Controls, &mut Switches), With<Vehicle>>,
 ) {
     let seconds = clock.seconds();
-    vehicles.par_iter_mut().for_each(|(number, motion, controls, mut switches)| {
-        let now = Switches::of(*number, motion, controls, seconds);
-        if *switches != now {
-            switches.on = now.on;
-        }
-    });
+    for (numbers, motions, controls, switches) in vehicles.contiguous_iter_mut().into_iter().flatten() {
+        let mut switches = Column::new(switches);
+        let rows = rows_per_task(switches.len(), LIGHT_ROWS);
+        in_parallel(switches.parts(0, rows), |mut part| {
+            for row in part.rows() {
+                let now = Switches::of(numbers[row], &motions[row], &controls[row], seconds);
+                let shown = part.get(row).shown;
+                part.set_if_neq(row, Switches { shown, ..now });
+            }
+        });
+    }
 }
 
 /// Brings lights and glass in line with switches that changed.

@@ -7,12 +7,17 @@ use super::types::VehicleTypes;
 use crate::assets::material::MaterialId;
 use crate::assets::mesh::MeshId;
 use crate::draw::pieces::PieceOf;
+use crate::ecs::changes::{LIGHT_ROWS, Since, rows_per_task};
 use crate::ecs::clock::Clock;
+use crate::ecs::columns::Column;
+use crate::ecs::parallel::in_parallel;
 use crate::lights::components::Light;
 use crate::sensors::labels::{Class, Classes, Instance};
 use crate::space::interpolation::{Interpolated, Interpolation};
 use crate::space::transform::Transform;
+use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
 use glam::Quat;
 use std::f64::consts::TAU;
 
@@ -184,11 +189,9 @@ pub fn move_parts(
     vehicles: Query<Ref<Motion>>,
     mut parts: Query<(Ref<MovingPart>, &mut Transform), Without<FramePart>>,
 ) {
-    parts.par_iter_mut().for_each(|(part, mut transform)| {
-        let Ok(motion) = vehicles.get(part.vehicle) else { return };
-        if motion.is_changed() || part.is_changed() {
-            part.turn(&motion, motion.rolled, &mut transform);
-        }
+    turn(&mut parts, |part, is_new| {
+        let motion = vehicles.get(part.vehicle).ok()?;
+        (motion.is_changed() || is_new).then(|| part.rotation(&motion, motion.rolled))
     });
 }
 
@@ -208,12 +211,33 @@ pub fn turn_parts(
         return;
     }
     let seconds_ago = f64::from(1.0 - fraction) * clock.step_seconds;
-    parts.par_iter_mut().for_each(|(part, mut transform)| {
-        let Ok(motion) = vehicles.get(part.vehicle) else { return };
-        if motion.is_changed() || part.is_changed() || is_between && motion.speed != 0.0 {
-            part.turn(&motion, motion.rolled - motion.speed * seconds_ago, &mut transform);
-        }
+    turn(&mut parts, |part, is_new| {
+        let motion = vehicles.get(part.vehicle).ok()?;
+        let is_turned = motion.is_changed() || is_new || is_between && motion.speed != 0.0;
+        is_turned.then(|| part.rotation(&motion, motion.rolled - motion.speed * seconds_ago))
     });
+}
+
+/// Writes the rotations of parts that have another one now. `rotation`: of a part, which may be new; `None`: as it is.
+fn turn<F: ArchetypeFilter>(
+    parts: &mut Query<(Ref<MovingPart>, &mut Transform), F>,
+    rotation: impl Fn(&MovingPart, bool) -> Option<Quat> + Sync,
+) {
+    for (parts, transforms) in parts.contiguous_iter_mut().into_iter().flatten() {
+        let (parts, ticks) = ContiguousRef::split(parts);
+        let since = Since::new(ticks.last_run(), ticks.this_run());
+        let mut transforms = Column::new(transforms);
+        let rows = rows_per_task(transforms.len(), LIGHT_ROWS);
+        in_parallel(transforms.parts(0, rows), |mut part| {
+            for row in part.rows() {
+                let is_new = since.contains(&ticks.changed()[row]);
+                let transform = *part.get(row);
+                if let Some(rotation) = rotation(&parts[row], is_new).filter(|own| *own != transform.rotation) {
+                    part.set(row, transform.with_rotation(rotation));
+                }
+            }
+        });
+    }
 }
 
 /// Wheels at an entity and below it turn in steps.
@@ -227,11 +251,8 @@ pub(crate) fn turn_in_steps(world: &mut World, entity: Entity) {
 
 impl MovingPart {
     /// `rolled`: metres that the vehicle has rolled.
-    fn turn(&self, motion: &Motion, rolled: f64, transform: &mut Mut<Transform>) {
-        let rotation = self.movement.rotation(motion, rolled) * self.rest;
-        if transform.rotation != rotation {
-            transform.rotation = rotation;
-        }
+    fn rotation(&self, motion: &Motion, rolled: f64) -> Quat {
+        self.movement.rotation(motion, rolled) * self.rest
     }
 }
 

@@ -6,16 +6,21 @@ the same functions, so that what environment i sees does not depend on how many 
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import functools
 import inspect
 import math
 import operator
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
 import relief
+from relief import _relief
 
 #: Simulated seconds of a step of the environment: as near as whole steps of the world's clock come.
 FRAME_SECONDS = 0.1
@@ -39,12 +44,12 @@ class Episode:
     turned: float = 0.0
     steps: int = 0
 
-    @property
+    @functools.cached_property
     def frame_steps(self) -> int:
         """Steps of the world's clock for one of the environment."""
         return frame_steps(self.sim)
 
-    @property
+    @functools.cached_property
     def frame_seconds(self) -> float:
         """Simulated seconds of a step of the environment."""
         return self.frame_steps * self.sim.step_seconds
@@ -64,6 +69,22 @@ class Outcome:
     info: dict[str, float]
 
 
+class Seen:
+    """What the sensors of several environments measured: pictures as arrays with the environments as their first axis,
+    and of each environment its lane and contacts, as `Task.outcome` reads them."""
+
+    def __init__(self, sims: Sequence[relief.Sim]) -> None:
+        names = [f"ego/{own}" for own in (CAMERA, LANE, TOUCH)]
+        self.camera, lanes, contacts = relief.capture_columns(sims, names)
+        rows = zip(*(column.tolist() for column in lanes.values()))
+        self._each = [{names[1]: SimpleNamespace(**dict(zip(lanes, row))), names[2]: []} for row in rows]
+        for world, depth in zip(contacts["world"].tolist(), contacts["depth"].tolist()):
+            self._each[world][names[2]].append(SimpleNamespace(depth=depth))
+
+    def __getitem__(self, i: int) -> dict[str, Any]:
+        return self._each[i]
+
+
 def frame_steps(sim: relief.Sim) -> int:
     """Steps of a world's clock for one of an environment: 6 of 1/60 s; at least 1."""
     return max(1, round(FRAME_SECONDS / sim.step_seconds))
@@ -75,7 +96,7 @@ def check_actions(actions: object, shape: tuple[int, ...]) -> np.ndarray:
         asked = np.asarray(actions)
         if asked.dtype.kind not in "biuf":
             raise TypeError
-        with np.errstate(over="ignore"):  # refused below
+        with np.errstate(over="ignore") if asked.dtype != np.float32 else contextlib.nullcontext():  # refused below
             given = asked.astype(np.float32)
     except (TypeError, ValueError):
         raise ValueError(f"actions: expected numbers of shape {shape}, found {type(actions).__name__}") from None
@@ -89,9 +110,27 @@ def check_actions(actions: object, shape: tuple[int, ...]) -> np.ndarray:
 def log_depth(depth: np.ndarray) -> np.ndarray:
     """Depths in metres, of any shape, as uint8: 1 at the nearest of `DEPTH_RANGE` and nearer, 254 at its farthest and
     farther, even steps of the logarithm between; 255 where there is nothing."""
+    return _relief.depth_steps(depth, SCALE) if depth.dtype == np.float32 else _log_depth(depth)
+
+
+def _log_depth(depth: np.ndarray) -> np.ndarray:
     near, far = DEPTH_RANGE
     share = np.log(np.clip(depth, near, far) / near) * (1.0 / math.log(far / near))
     return np.where(np.isfinite(depth), 1.0 + np.rint(253.0 * share), 255.0).astype(np.uint8)
+
+
+def _scale() -> np.ndarray:
+    """By bisection: positive numbers are in the order of their bits."""
+    low, high = (np.full(253, own, np.float32).view(np.uint32) for own in DEPTH_RANGE)
+    while (high - low > 1).any():
+        middle = (low + high) // 2
+        is_there = _log_depth(middle.view(np.float32)) >= np.arange(2, 255)
+        low, high = np.where(is_there, low, middle), np.where(is_there, middle, high)
+    return high.view(np.float32)
+
+
+#: Of each byte from 2 to 254 the least depth that is it, float32.
+SCALE = _scale()
 
 
 class Task:
@@ -190,7 +229,7 @@ class Task:
 
     def act(self, episode: Episode, action: np.ndarray) -> None:
         """Asks the vehicle for an action."""
-        steer, pedal = (float(part) for part in np.clip(check_actions(action, (2,)), -1.0, 1.0))
+        steer, pedal = (min(max(part, -1.0), 1.0) for part in check_actions(action, (2,)).tolist())
         episode.turned = abs(steer - episode.steer)
         episode.steer, episode.pedal = steer, pedal
         episode.ego.drive(steer=steer, throttle=max(pedal, 0.0), brake=max(-pedal, 0.0))
@@ -200,7 +239,21 @@ class Task:
         """What the vehicle sees, in arrays that nothing else has."""
         return capture[f"ego/{CAMERA}"].color
 
-    def outcome(self, episode: Episode, capture: relief.Capture) -> Outcome:
+    def observe_all(self, episodes: Sequence[Episode], seen: Seen) -> object:
+        """The same of several environments, in arrays with these as their first axis. Of a task that has another
+        `observe`, and no `observe_all` of its own, each environment is asked."""
+        return seen.camera.color
+
+    @property
+    def is_seen_together(self) -> bool:
+        """Whether arrays of all environments tell what captures of each would: `outcome` needs no more, and
+        `observe_all` is as new as `observe`."""
+        kinds = [vars(self), *map(vars, type(self).__mro__)]
+        newest = {name: next(i for i, own in enumerate(kinds) if name in own) for name in ("observe", "observe_all")}
+        is_own = getattr(self.outcome, "__func__", None) is Task.outcome
+        return is_own and newest["observe_all"] <= newest["observe"]
+
+    def outcome(self, episode: Episode, capture: relief.Capture | Mapping[str, Any]) -> Outcome:
         """What the last step led to."""
         lane = capture[f"ego/{LANE}"]
         half_width = lane.width / 2.0 if lane.valid else 1.0
@@ -248,8 +301,16 @@ class Traffic(Task):
         )
 
     def observe(self, episode: Episode, capture: relief.Capture) -> object:
-        camera, lane = capture[f"ego/{CAMERA}"], capture[f"ego/{LANE}"]
-        state = [
+        camera = capture[f"ego/{CAMERA}"]
+        return self._observation(camera, np.array(self._state(episode, capture), np.float32))
+
+    def observe_all(self, episodes: Sequence[Episode], seen: Seen) -> object:
+        states = [self._state(episode, seen[i]) for i, episode in enumerate(episodes)]
+        return self._observation(seen.camera, np.array(states, np.float32))
+
+    def _state(self, episode: Episode, capture: relief.Capture | Mapping[str, Any]) -> list[float]:
+        lane = capture[f"ego/{LANE}"]
+        return [
             lane.speed / episode.speed_limit(lane),
             2.0 * lane.offset / lane.width if lane.valid else 0.0,
             lane.heading_error / math.pi,
@@ -259,11 +320,10 @@ class Traffic(Task):
             episode.pedal,
             1.0 if lane.valid else -1.0,
         ]
-        return {
-            "camera": camera.color,
-            "depth": log_depth(camera.depth)[..., None],
-            "state": np.clip(np.array(state, np.float32), -1.0, 1.0),
-        }
+
+    def _observation(self, camera: Any, states: np.ndarray) -> dict[str, np.ndarray]:
+        depth = log_depth(camera.depth)[..., None]
+        return {"camera": camera.color, "depth": depth, "state": np.clip(states, -1.0, 1.0)}
 
 
 class Town(Traffic):

@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 import relief
 
-from .tasks import CAMERA, FRAME_SECONDS, Episode, Task, check_actions, task_of
+from .tasks import CAMERA, FRAME_SECONDS, Episode, Seen, Task, check_actions, task_of
 
 #: What becomes of environments whose episode has ended, by Gymnasium's names: reset by the next step, whose action does
 #: not count; within the step itself, with the last observation in ``info["final_obs"]``; or by `reset` alone.
@@ -26,6 +26,11 @@ def _mode(mode: Any) -> str:
     if found is None:
         raise ValueError(f"autoreset_mode: expected one of {', '.join(MODES)}, found {mode!r}")
     return found
+
+
+def _arrays(observations: Any) -> dict[str, np.ndarray]:
+    """Observations by their keys; those of one array by one of its own."""
+    return observations if isinstance(observations, dict) else {"": observations}
 
 
 def make_vec(
@@ -60,8 +65,9 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
             raise ValueError(f"render_mode: expected None or 'rgb_array', found {render_mode!r}")
         self.num_envs = num_envs = int(num_envs)
         self.render_mode = render_mode
-        self._pictures: tuple[np.ndarray, ...] | None = None
+        self._pictures: dict[int, np.ndarray] = {}
         self.task = task_of(task, **options)
+        self._together = self.task.is_seen_together
         self.mode = _mode(autoreset_mode)
         modes = getattr(gymnasium.vector, "AutoresetMode", None)
         mode = modes(self.mode) if modes is not None else self.mode
@@ -93,8 +99,8 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         for i in np.flatnonzero(which).tolist():
             self._begin(i, seeds[i])
         self._ended &= ~which
-        captures = relief.capture_due(self.sims)
-        return self._observations(captures), {}
+        every = range(self.num_envs)
+        return self._observations(every, self._capture(every)), {}
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         whole = (int, np.integer)
@@ -138,10 +144,11 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
             else:
                 self.task.act(self._episodes[i], action)
         relief.step(self._sims, [0 if begun[i] else self._episodes[i].frame_steps for i in range(self.num_envs)])
-        captures = relief.capture_due(self._sims)
+        captures = self._capture(range(self.num_envs))
         outcomes = [
-            None if begun[i] else self.task.outcome(self._episodes[i], capture) for i, capture in enumerate(captures)
+            None if begun[i] else self.task.outcome(self._episodes[i], captures[i]) for i in range(self.num_envs)
         ]
+        observations = self._observations(range(self.num_envs), captures)
         rewards = np.array([0.0 if outcome is None else outcome.reward for outcome in outcomes], dtype=np.float64)
         terminated = np.array([outcome is not None and outcome.terminated for outcome in outcomes])
         truncated = np.array([outcome is not None and outcome.truncated for outcome in outcomes])
@@ -157,33 +164,45 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
                 infos = self._add_info(infos, outcome.info, i)
         if is_final.any():
             infos["final_info"], infos["_final_info"] = final, is_final.copy()
-            captures = self._begin_ended(captures, infos)
-        return self._observations(captures), rewards, terminated, truncated, infos
+            self._begin_ended(observations, infos)
+        return observations, rewards, terminated, truncated, infos
 
-    def _begin_ended(self, captures: list[relief.Capture], infos: dict[str, Any]) -> list[relief.Capture]:
-        """Begins the episodes of environments whose last has ended. Their last observations are in `infos`."""
+    def _begin_ended(self, observations: Any, infos: dict[str, Any]) -> None:
+        """Begins the episodes of environments whose last has ended. Their last observations go to `infos`."""
+        which = np.flatnonzero(self._ended).tolist()
         final = np.full(self.num_envs, None, dtype=object)
-        for i in np.flatnonzero(self._ended).tolist():
-            final[i] = self.task.observe(self._episodes[i], captures[i])
+        arrays = _arrays(observations)
+        for i in which:
+            final[i] = {key: own[i].copy() for key, own in arrays.items()} if "" not in arrays else arrays[""][i].copy()
             self._begin(i)
         infos["final_obs"], infos["_final_obs"] = final, self._ended.copy()
-        which = np.flatnonzero(self._ended).tolist()
-        begun = dict(zip(which, relief.capture_due([self._sims[i] for i in which])))
+        begun = _arrays(self._observations(which, self._capture(which)))
+        for key, own in arrays.items():
+            own[which] = begun[key]
         self._ended[:] = False
-        return [begun.get(i, capture) for i, capture in enumerate(captures)]
 
-    def _observations(self, captures: list[relief.Capture]) -> Any:
-        """Of all environments, in arrays that nothing else has."""
+    def _capture(self, which: Sequence[int]) -> Any:
+        """What tells outcomes and observations of environments, in their order."""
+        sims = self.sims
+        sims = [sims[i] for i in which]
+        return Seen(sims) if self._together else relief.capture_due(sims)
+
+    def _observations(self, which: Sequence[int], captures: Any) -> Any:
+        """Of environments, in arrays that nothing else has."""
+        episodes = [self._episodes[i] for i in which]
         if self.render_mode is not None:
-            self._pictures = tuple(capture[f"ego/{CAMERA}"].color for capture in captures)
-        each: list[Any] = [self.task.observe(self._episodes[i], capture) for i, capture in enumerate(captures)]
+            colors = captures.camera.color if self._together else [own[f"ego/{CAMERA}"].color for own in captures]
+            self._pictures.update(zip(which, (color.copy() for color in colors)))
+        if self._together:
+            return self.task.observe_all(episodes, captures)
+        each: list[Any] = [self.task.observe(episode, capture) for episode, capture in zip(episodes, captures)]
         if isinstance(self.single_observation_space, gymnasium.spaces.Dict):
             return {key: np.stack([own[key] for own in each]) for key in self.single_observation_space}
         return np.stack(each)
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """What each camera saw last: uint8 (H, W, 3); ``None`` without a render mode."""
-        return None if self._pictures is None else tuple(picture.copy() for picture in self._pictures)
+        return tuple(self._pictures[i].copy() for i in range(self.num_envs)) if self._pictures else None
 
     def close_extras(self, **kwargs: Any) -> None:
         """Gives back what the worlds take on the graphics device."""

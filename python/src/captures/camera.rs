@@ -44,7 +44,7 @@ pub struct CameraBatch {
 }
 
 /// A vector that becomes the memory of an array.
-fn array<'py, T: Element>(py: Python<'py>, shape: &[usize], values: Vec<T>) -> PyResult<Bound<'py, PyAny>> {
+pub fn array<'py, T: Element>(py: Python<'py>, shape: &[usize], values: Vec<T>) -> PyResult<Bound<'py, PyAny>> {
     let array = ArrayD::from_shape_vec(shape, values);
     let array =
         array.map_err(|error| PyRuntimeError::new_err(format!("a sensor's output has no such shape: {error}")))?;

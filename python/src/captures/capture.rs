@@ -8,9 +8,11 @@ use crate::given::arguments::required;
 use crate::worlds::world::Shared;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use relief::bevy_ecs::world::World;
 use relief::name;
 use relief::sense::{Capture as Captured, SensorCapture, SensorData};
 use relief::systems::sensors::Classes;
+use relief::systems::sensors::collision::Collision;
 use std::sync::{Arc, Weak};
 
 /// Measurements of all sensors that were due after a step, by name. A sensor's name is below that of the thing that it
@@ -38,6 +40,14 @@ impl Capture {
             Ok((sensor, object))
         });
         Ok(Self { step, nanoseconds, sensors: sensors.collect::<PyResult<_>>()?, world })
+    }
+
+    /// The classes of a world where contacts that were captured may have one; else none.
+    pub fn classes(world: &World, captured: &Captured) -> Classes {
+        let has_contacts =
+            |sensor: &SensorCapture| sensor.records().is_some_and(|found: &[Collision]| !found.is_empty());
+        let is_needed = captured.sensors.iter().any(has_contacts);
+        if is_needed { world.resource::<Classes>().clone() } else { Classes(Vec::new()) }
     }
 
     /// The world that it is of.

@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod capture;
 mod common;
+pub mod depth_steps;
 pub mod lens;
 pub mod points;
 pub mod readings;

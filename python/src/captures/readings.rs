@@ -10,22 +10,30 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use relief::export::ros::{Encoded, Header};
 use relief::sense as captures;
+use relief::systems::describe::Field;
 use relief::systems::sensors::collision::Collision;
 use relief::systems::sensors::{Class, Classes};
-use std::sync::Arc;
+use serde_json::Value;
+use std::sync::{Arc, OnceLock};
 
 /// Measurement of a sensor without pictures: a record, whose fields are attributes of the class of its kind.
 #[pyclass(frozen, subclass, module = "relief")]
 pub struct Reading {
     common: Arc<Common>,
     own: captures::Reading,
+    /// Fields and records as JSON, once a field was asked for: one is seldom asked for alone.
+    shown: OnceLock<(Vec<Field>, Vec<Value>)>,
 }
 
 impl Reading {
+    fn of(common: Arc<Common>, own: captures::Reading) -> Self {
+        Self { common, own, shown: OnceLock::new() }
+    }
+
     /// An object of the class that `relief.described` makes of a kind; contacts have one of their own.
     pub fn object(py: Python<'_>, own: captures::Reading, common: Common, classes: &Classes) -> PyResult<Py<PyAny>> {
         let contacts = own.records().map(|contacts| Collisions::new(contacts.to_vec(), classes));
-        let reading = Self { common: Arc::new(common), own };
+        let reading = Self::of(Arc::new(common), own);
         if let Some(contacts) = contacts {
             return Ok(Py::new(py, (contacts, reading))?.into_any());
         }
@@ -39,14 +47,19 @@ impl Reading {
     /// The same reading.
     #[new]
     fn new(reading: &Self) -> Self {
-        Self { common: reading.common.clone(), own: reading.own.clone() }
+        Self::of(reading.common.clone(), reading.own.clone())
     }
 
     /// The value of a field.
     fn _field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let fields = self.own.fields();
+        let (fields, records) = match self.shown.get() {
+            Some(shown) => shown,
+            None => {
+                let records = self.own.values().map_err(|error| Failure::value(error.to_string()))?;
+                self.shown.get_or_init(|| (self.own.fields(), records))
+            }
+        };
         let field = fields.iter().find(|field| field.name == name);
-        let records = self.own.values().map_err(|error| Failure::value(error.to_string()))?;
         match (records.first(), field) {
             (Some(record), Some(field)) => shown(py, &record[name], field.schema),
             _ => Err(PyAttributeError::new_err(format!("{name:?}"))),

@@ -9,14 +9,14 @@ use crate::worlds::device;
 use crate::worlds::world::{Replay, World};
 use pyo3::prelude::*;
 use relief::bevy_ecs::prelude::Entity;
-use relief::sense::{CameraCapture, SensorData, Wanted, sensor_names};
+use relief::sense::{CameraCapture, Capture as Captured, SensorData, Wanted, sensor_names};
 use relief::systems::ecs::parallel::map_in_parallel;
-use relief::systems::sensors::{Classes, Sensor, SensorKind};
+use relief::systems::sensors::{Sensor, SensorKind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Several worlds.
-fn worlds(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Sim>>> {
+pub fn worlds(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Sim>>> {
     let expected = "a list of Sim";
     if given.is_instance_of::<Sim>() {
         return Err(wrong_type(name, expected, given));
@@ -31,7 +31,7 @@ fn worlds(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Sim>>> {
 }
 
 /// Does something with several worlds, in the order in which they are given, without the interpreter.
-fn with_all<T: Send>(
+pub fn with_all<T: Send>(
     py: Python<'_>,
     sims: &[Py<Sim>],
     work: impl FnOnce(Vec<&mut World>) -> Outcome<T> + Send,
@@ -101,13 +101,16 @@ pub fn step(py: Python<'_>, sims: &Bound<'_, PyAny>, n: Given<'_, '_>) -> PyResu
 pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capture>> {
     let sims = worlds("sims", sims)?;
     let (captured, warnings) = with_all(py, &sims, |worlds| {
-        let classes: Vec<Classes> =
-            worlds.iter().map(|world| world.simulation.world.resource::<Classes>().clone()).collect();
         let mut worlds = worlds;
         let wanted = worlds.iter_mut().map(|world| (&mut **world, Wanted::Due(&|_| true)));
         let captures = World::capture_all(wanted.collect())?;
+        let with_classes = |(capture, world): (Captured, &&mut World)| {
+            let classes = Capture::classes(&world.simulation.world, &capture);
+            (capture, classes)
+        };
+        let captures: Vec<_> = captures.into_iter().zip(&worlds).map(with_classes).collect();
         let warnings: Vec<String> = worlds.into_iter().flat_map(|world| world.watch.warnings()).collect();
-        Ok((captures.into_iter().zip(classes).collect::<Vec<_>>(), warnings))
+        Ok((captures, warnings))
     })?;
     warn(py, &warnings)?;
     let captured = captured
@@ -160,17 +163,23 @@ fn pictures(
                 _ => None,
             });
         let pictures: Vec<CameraCapture> = pictures.collect();
-        if let Some(first) = pictures.first() {
-            let of = |own: &CameraCapture| (own.width, own.height, own.outputs);
-            if let Some(i) = pictures.iter().position(|own| of(own) != of(first)) {
-                let message = format!("world {i}: expected a camera of the size and outputs of that of world 0");
-                return Err(Failure::value(message));
-            }
-        }
+        are_alike(&pictures)?;
         Ok((pictures, steps, warnings))
     })?;
     warn(py, &warnings)?;
     CameraBatch::new(py, captures, steps)
+}
+
+/// Refuses pictures of worlds that cannot be one array.
+pub fn are_alike(pictures: &[CameraCapture]) -> Outcome<()> {
+    let of = |own: &CameraCapture| (own.width, own.height, own.outputs);
+    let differ = |first| pictures.iter().position(|own| of(own) != of(first));
+    match pictures.first().and_then(differ) {
+        Some(i) => {
+            Err(Failure::value(format!("world {i}: expected a camera of the size and outputs of that of world 0")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The only camera of that name.

@@ -1,5 +1,6 @@
 //! Worlds as Python holds them, alone and several at once. Uses all other floors.
 
+pub mod columns;
 mod contents;
 pub mod dataset;
 pub mod many;

@@ -15,7 +15,6 @@ use relief::sense::Wanted;
 use relief::systems::ecs::clock::{Clock, Seed};
 use relief::systems::run::standard_inputs::NextMeshVariant;
 use relief::systems::run::state_hash;
-use relief::systems::sensors::Classes;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
@@ -65,7 +64,8 @@ impl Sim {
                 Captured::Due => Wanted::Due(&is_named),
                 Captured::Now => Wanted::Look(&named),
             })?;
-            Ok((captured, world.watch.warnings(), world.simulation.world.resource::<Classes>().clone()))
+            let classes = Capture::classes(&world.simulation.world, &captured);
+            Ok((captured, world.watch.warnings(), classes))
         })?;
         warn(py, &warnings)?;
         let world = if which == Captured::Due { Arc::downgrade(&self.shared) } else { Weak::new() };

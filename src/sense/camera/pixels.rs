@@ -35,9 +35,9 @@ impl Pixels {
         let depth = drawn.depths();
         let ranges = |depth| ranges(depth, sensor.size.0, sensor.intrinsics());
         let range = if sensor.outputs.has_any(&WITH_RANGE) { ranges(&depth) } else { Vec::new() };
-        let color = drawn.picture.iter().flat_map(image::RgbaImage::pixels);
+        let color = drawn.picture.as_ref().map_or(&[][..], |picture| picture.as_raw());
         Self {
-            color: color.map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect(),
+            color: color.as_chunks().0.iter().map(|&[r, g, b, _]: &[u8; 4]| [r, g, b]).collect(),
             linear: linear(drawn).collect(),
             depth,
             range,
