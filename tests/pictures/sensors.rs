@@ -295,7 +295,7 @@ fn shadows_do_not_depend_on_what_else_asks_for_maps() {
     world.spawn((ground, Transform::from_scale(Vec3::new(1e5, 1.0, 40.0))));
     let sun = Light { shadows: true, ..Light::directional(2.0) };
     world.spawn((sun, Transform::from_rotation(Quat::from_euler(EulerRot::YXZ, 0.7, -0.8, 0.0))));
-    // Six levels of a sun around each place.
+    // Eight levels of a sun around each place: so small pictures have coarse ones.
     let count = 44;
     for i in 0..count {
         let x = 900.0 * i as f32;
