@@ -6,8 +6,8 @@
 //!           descriptions; light: what a light shines like
 //! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
 //!           of the process; watch: captures that were left out
-//! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others); depth_steps: depths
-//!           as bytes
+//! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others); depth_steps:
+//!           depths as bytes
 //! entities  entity: what is in a world; own: its world; vehicle, light, portal, sensor; mounting: sensors by their
 //!           keywords; mounted: entities on others
 //! sims      sim: Sim, a world of a scene, and its run; spawning, contents: what comes into being, and is there; roads:

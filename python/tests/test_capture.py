@@ -174,7 +174,7 @@ def test_columns_of_several_worlds_are_what_each_measures(road):
     assert [len(own["touch"]) for own in each] == [1, 0, 2]
     with pytest.raises(KeyError, match='world 0: no sensor "lane" was captured; it is not due, or there is none'):
         relief.capture_columns(worlds, "lane")
-    with pytest.raises(ValueError, match='expected "ego/top" to be a camera or a sensor without pictures, found a lidar'):
+    with pytest.raises(ValueError, match='expected "ego/top" to be a camera or .* found a lidar'):
         relief.capture_columns(worlds, "ego/top")
     with pytest.raises(ValueError, match="sims: expected at least one"):
         relief.capture_columns([], "ego/lane")

@@ -44,8 +44,8 @@ impl<'a> Scale<'a> {
     }
 }
 
-/// How many steps of an ascending scale of at most 253 positive depths each depth has passed, plus 1: uint8 of the
-/// same shape; 255 where there is nothing.
+/// Steps of an ascending scale, of at most 253 positive depths, that each depth has passed, plus 1: uint8 of the same
+/// shape; 255 where there is nothing.
 #[pyfunction]
 pub fn depth_steps<'py>(
     py: Python<'py>,
