@@ -116,14 +116,14 @@ impl Library {
     }
 
     /// Adds a mesh of which only levels of detail are drawn: a surface of a [`proxy`](crate::assets::proxy).
-    pub(crate) fn add_entry(&mut self, entry: MeshEntry) -> MeshId {
+    pub fn add_entry(&mut self, entry: MeshEntry) -> MeshId {
         self.contents = Contents::new();
         self.meshes.add(entry)
     }
 
     /// Ends the levels of a mesh where a [`proxy`](crate::assets::proxy) is drawn in its place: where an error of so
     /// many metres in object space is allowed, by the distance to that sphere. Before its levels are made.
-    pub(crate) fn end_levels(&mut self, id: MeshId, level_bounds: Sphere, error: f32) {
+    pub fn end_levels(&mut self, id: MeshId, level_bounds: Sphere, error: f32) {
         self.contents = Contents::new();
         if let Some(entry) = self.meshes.get_mut(id) {
             (entry.level_bounds, entry.ends_at) = (level_bounds, Some(error));

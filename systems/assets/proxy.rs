@@ -32,17 +32,19 @@ const FEWEST: usize = 4;
 const WORTHWHILE: f64 = 0.75;
 /// Error of the coarsest level, as a part of the longest side.
 const MOST_ERROR: f32 = 0.25;
-/// Weight of a difference of normals, and of colours; see [`super::levels`]. Smaller than there: what a proxy is drawn
-/// for is small.
+/// Weight of a difference of normals, and of colours; see [`super::levels`]. Normals weigh less than there: what a proxy
+/// is drawn for is small.
 const NORMAL_WEIGHT: f32 = 0.05;
-/// Cells that vertices are joined in are as wide as their error and half as much again, and have one colour each.
-const COLORS_OF_CELLS: f32 = 1.5;
 const COLOR_WEIGHT: f32 = 0.4;
+/// Error of colours over that of places, where vertices are joined in cells, which have one colour each.
+const COLORS_OF_CELLS: f32 = 1.5;
 
 /// A mesh that a proxy is made of.
 pub struct Member {
-    /// The mesh, with normals.
+    /// The mesh, with normals; [`subdivided`] where its maps have colours of their own.
     pub mesh: Mesh,
+    /// Triangles of the mesh as it is drawn.
+    pub triangles: usize,
     /// Its place at rest.
     pub proxy_from_mesh: Affine3A,
     /// Colour of each of its vertices, linear RGB in 0..1.
@@ -73,7 +75,9 @@ pub fn subdivided(mesh: &Mesh, longest: f32) -> Mesh {
         let place = |corner: usize| fine.positions.get(triangle[corner % 3] as usize).copied().unwrap_or_default();
         let length = |corner: usize| place(corner).distance(place(corner + 1));
         let Some(first) = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b))) else { continue };
-        if !(length(first) > longest) || fine.positions.len() >= MOST_VERTICES {
+        // Also of edges whose length is no number.
+        let is_split = longest > 0.0 && length(first) > longest && fine.positions.len() < MOST_VERTICES;
+        if !is_split {
             fine.indices.extend(triangle);
             continue;
         }
@@ -117,6 +121,8 @@ struct Joined {
     /// By vertex.
     surfaces: Vec<usize>,
     indices: Vec<u32>,
+    /// Triangles of all members as they are drawn.
+    triangles: usize,
 }
 
 /// A level of all surfaces.
@@ -130,8 +136,16 @@ struct JoinedLevel {
 impl Joined {
     /// `None` where a mesh is not one that can be simplified.
     fn new(members: &[Member]) -> Option<Self> {
-        let mut joined = Self { positions: vec![], normals: vec![], colors: vec![], surfaces: vec![], indices: vec![] };
-        for Member { mesh, proxy_from_mesh, colors, surface } in members {
+        let triangles = members.iter().map(|member| member.triangles).sum();
+        let mut joined = Self {
+            positions: Vec::new(),
+            normals: Vec::new(),
+            colors: Vec::new(),
+            surfaces: Vec::new(),
+            indices: Vec::new(),
+            triangles,
+        };
+        for Member { mesh, proxy_from_mesh, colors, surface, .. } in members {
             let count = mesh.positions.len();
             let is_valid = mesh.normals.len() == count
                 && colors.len() == count
@@ -156,7 +170,7 @@ impl Joined {
         }
         let numbers = joined.positions.iter().chain(&joined.normals).chain(&joined.colors);
         let is_finite = numbers.clone().all(|vector| vector.is_finite());
-        (is_finite && joined.indices.len() >= 3 * FEWEST_TO_JOIN).then_some(joined)
+        (is_finite && triangles >= FEWEST_TO_JOIN).then_some(joined)
     }
 
     /// Levels in the order of their errors, each worth its memory; at most as many as a mesh may have beside an empty
@@ -205,7 +219,7 @@ impl Joined {
         found.sort_by(|a, b| a.error.total_cmp(&b.error).then(a.indices.len().cmp(&b.indices.len())));
         let mut levels: Vec<JoinedLevel> = Vec::new();
         for level in found {
-            let before = levels.last().map_or(self.indices.len(), |finer| finer.indices.len());
+            let before = levels.last().map_or(3 * self.triangles, |finer| finer.indices.len());
             if level.indices.len() as f64 <= WORTHWHILE * before as f64 {
                 levels.push(level);
             }

@@ -60,10 +60,11 @@ fn add_proxy(parts: &mut [Part], base: Option<usize>, library: &mut Library) {
         .filter_map(|replaced| {
             let proxy_from_mesh = anchor_from_base * replaced.base_from_part;
             let scale = Sphere { center: Vec3::ZERO, radius: 1.0 }.transformed(&proxy_from_mesh).radius;
-            let mesh = subdivided(&library.mesh(replaced.mesh)?.mesh, LONGEST_EDGE * diameter / scale);
+            let drawn = &library.mesh(replaced.mesh)?.mesh;
+            let (triangles, mesh) = (drawn.triangle_count(), subdivided(drawn, LONGEST_EDGE * diameter / scale));
             let painted = &parts[replaced.part].painted;
             let (surface, colors) = surfaces.add(library, &mesh, replaced.material, painted)?;
-            Some(Member { mesh, proxy_from_mesh, colors, surface })
+            Some(Member { mesh, triangles, proxy_from_mesh, colors, surface })
         })
         .collect();
     let Some(proxy) = join(&members, surfaces.0.len()) else { return };
@@ -173,7 +174,7 @@ fn enclosing(a: Sphere, b: Sphere) -> Sphere {
 #[derive(Default)]
 struct Surfaces(Vec<Surface>);
 
-/// What is drawn with one material in the proxy: what is painted alike, or all that is not painted.
+/// Members with one material in the proxy: those that are painted alike, or all that are not painted.
 struct Surface {
     painted: Vec<MaterialId>,
     /// Sums of its members' numbers, by the areas of their meshes.
