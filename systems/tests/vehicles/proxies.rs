@@ -8,7 +8,8 @@ use systems::assets::levels::LevelOfDetail;
 use systems::assets::{Material, MeshEntry};
 use systems::draw::InstanceRecord;
 use systems::draw::pieces::PieceOf;
-use systems::run::registry::{EntityRegistry, StateId, register_all};
+use systems::run::registry::{self, EntityRegistry, StateId, register_all};
+use systems::run::spawn::Spawn;
 use systems::space::GlobalTransform;
 use systems::vehicles::parts::{Movement, MovingPart, Part, PartLamp, move_parts};
 use systems::vehicles::proxies::add_proxies;
@@ -181,6 +182,14 @@ fn proxies_have_no_number_and_ids_name_the_part_they_hang_from() {
     assert!(proxies.iter().all(|&(proxy, part)| registry.id(proxy).is_none() && registry.id(part.0).is_some()));
     assert_eq!(registry.id(vehicle).map(|id| id.0), Some(0));
     assert!((0..=count as u32).all(|id| registry.entity(StateId(id)).is_some()));
+    // One that comes later has as many numbers.
+    let (transform, controls) = (Transform::IDENTITY, Controls::default());
+    let later =
+        Spawn::Vehicle { name: "later".into(), transform, kind: "own".into(), paint: 0, controls, manual: true };
+    registry::spawn(&mut simulation.world, later);
+    let registry = simulation.world.resource::<EntityRegistry>();
+    let last = 2 * (count as u32 + 1) - 1;
+    assert!(registry.entity(StateId(last)).is_some() && registry.entity(StateId(last + 1)).is_none());
     simulation.frame();
     let named = |record: InstanceRecord| record.entity;
     let ids: Vec<u32> = simulation.instance_records().drawn().map(named).collect();
