@@ -64,8 +64,8 @@ pub struct Proxy {
     pub error: f32,
 }
 
-/// Splits edges of a mesh in halves until none is longer, with positions, normals, UVs and colours between those of their ends.
-/// Neighbours split the edge that they share, so that nothing gapes.
+/// Splits edges of a mesh in halves until none is longer, with positions, normals, UVs and colours between those of
+/// their ends. Neighbours split the edge that they share, so that nothing gapes.
 pub fn subdivided(mesh: &Mesh, longest: f32) -> Mesh {
     let Mesh { positions, normals, uvs, colors, tangent_uv_set, indices, .. } = mesh.clone();
     let mut fine = Mesh { positions, normals, uvs, colors, tangent_uv_set, ..Mesh::default() };

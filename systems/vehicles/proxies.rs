@@ -1,9 +1,9 @@
 //! Proxies of vehicles: what is drawn in the place of a type's parts where the vehicle is small in the picture.
 //!
-//! A vehicle has a [`proxy`], and so has its trailer, which swings. A proxy hangs from the largest part that does not
-//! move and has its place. Parts in the same place go by the same sphere, bit for bit. Spheres of the others enclose it
-//! wherever they are turned to: they are drawn until the proxy is, and a little longer. Lamps stay, whose light is seen
-//! from afar, and so does what is not opaque.
+//! A vehicle has a [proxy](crate::assets::proxy), and so has its trailer, which swings. A proxy hangs from the largest
+//! part that does not move and has its place. Parts in the same place go by the same sphere, bit for bit. Spheres of the
+//! others enclose it wherever they are turned to: they are drawn until the proxy is, and a little longer. Lamps stay,
+//! whose light is seen from afar, and so does what is not opaque.
 
 use super::parts::{Drawn, Movement, Part};
 use crate::assets::library::Library;
