@@ -35,7 +35,7 @@ const MOST_ERROR: f32 = 0.25;
 
 /// Farthest error over the mean error around a vertex, which is the one that the simplifier reports. On round shapes
 /// the farthest point of a level was measured up to 1.4 times as far.
-pub(super) const FARTHEST: f32 = 1.5;
+const FARTHEST: f32 = 1.5;
 
 /// Weight of a difference of normals: one of 1 over a patch is as bad as a distance of half the patch's length.
 const NORMAL_WEIGHT: f32 = 0.5;

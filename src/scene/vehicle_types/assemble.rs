@@ -54,6 +54,7 @@ pub fn assemble(
     for node in builder.build() {
         builder.warn(format_args!("node {node:?} is sheared; it is drawn without the shear"));
     }
+    add_proxies(&mut builder.parts, builder.library);
     for warning in lamps::aim(&mut builder.parts, &builder.aims, builder.library) {
         builder.warn(warning);
     }
@@ -313,8 +314,7 @@ impl Builder<'_> {
         })
     }
 
-    fn finish(mut self) -> VehicleType {
-        add_proxies(&mut self.parts, self.library);
+    fn finish(self) -> VehicleType {
         let s = self.source;
         let named = |node: &str| self.model.nodes.iter().position(|n| n.name == node);
         let trailer = s.trailer.as_ref().and_then(|trailer| Some((trailer, named(&trailer.node)?)));

@@ -69,7 +69,10 @@ pub fn aim(parts: &mut Vec<Part>, aims: &HashMap<usize, Aim>, library: &Library)
         let parent = part.parent.and_then(|index| places.get(index).copied()).unwrap_or_default();
         places.push(parent * part.rest.compute_affine());
     }
-    let drawn = parts.iter().zip(&places).filter_map(|(part, place)| Some((part.drawn?.0, place)));
+    let drawn = parts.iter().zip(&places).flat_map(|(part, place)| {
+        let proxies = part.proxies.iter().map(|proxy| proxy.mesh);
+        part.drawn.map(|(mesh, _)| mesh).into_iter().chain(proxies).map(move |mesh| (mesh, place))
+    });
     let spheres: Vec<Sphere> =
         drawn.filter_map(|(mesh, place)| Some(library.mesh(mesh)?.bounds.transformed(place))).collect();
     for (index, place) in places.iter().enumerate() {

@@ -66,7 +66,7 @@ fn distance(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
 }
 
 /// The largest distance from corners, middles of edges and centres of some triangles to the nearest of others.
-fn farthest(from: &[[Vec3; 3]], to: &[[Vec3; 3]]) -> f32 {
+pub fn farthest(from: &[[Vec3; 3]], to: &[[Vec3; 3]]) -> f32 {
     let samples = |[a, b, c]: &[Vec3; 3]| [*a, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0];
     let nearest = |point| to.iter().map(|&triangle| distance(point, triangle)).fold(f32::INFINITY, f32::min);
     from.iter().flat_map(samples).map(nearest).fold(0.0, f32::max)

@@ -3,6 +3,7 @@
 mod displace;
 mod levels;
 mod library;
+mod proxies;
 mod split;
 mod tangents;
 
