@@ -54,6 +54,7 @@ pub fn assemble(
     for node in builder.build() {
         builder.warn(format_args!("node {node:?} is sheared; it is drawn without the shear"));
     }
+    // Before lamps are aimed, whose lights are to shine from before proxies, too.
     add_proxies(&mut builder.parts, builder.library);
     for warning in lamps::aim(&mut builder.parts, &builder.aims, builder.library) {
         builder.warn(warning);
