@@ -18,7 +18,9 @@ use meshopt::{
     SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify_scale, simplify_sloppy,
     simplify_with_attributes_and_locks,
 };
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Mutex, PoisonError};
+use xxhash_rust::xxh3::Xxh3;
 
 /// Triangles that levels of a proxy are to have.
 const TARGETS: [usize; 8] = [1600, 800, 400, 200, 100, 50, 24, 12];
@@ -110,7 +112,7 @@ fn add_middle(mesh: &mut Mesh, a: u32, b: u32) -> u32 {
 pub fn join(members: &[Member], surfaces: usize) -> Option<Proxy> {
     let joined = Joined::new(members)?;
     let bounds = Sphere::around(&joined.positions);
-    let levels = joined.levels(bounds)?;
+    let levels = joined.known_levels(bounds)?;
     let error = levels.first()?.error;
     let surfaces = (0..surfaces).map(|surface| joined.surface(surface, &levels, bounds)).collect();
     Some(Proxy { surfaces, bounds, error })
@@ -129,6 +131,7 @@ struct Joined {
 }
 
 /// A level of all surfaces.
+#[derive(Clone)]
 struct JoinedLevel {
     indices: Vec<u32>,
     error: f32,
@@ -174,6 +177,32 @@ impl Joined {
         let numbers = joined.positions.iter().chain(&joined.normals).chain(&joined.colors);
         let is_finite = numbers.clone().all(|vector| vector.is_finite());
         (is_finite && triangles >= FEWEST_TO_JOIN).then_some(joined)
+    }
+
+    /// [`Self::levels`], which take seconds for detailed models: what is joined again, as for another world of the same
+    /// scene, has those that were found first.
+    fn known_levels(&self, bounds: Sphere) -> Option<Vec<JoinedLevel>> {
+        static KNOWN: Mutex<BTreeMap<u128, Option<Vec<JoinedLevel>>>> = Mutex::new(BTreeMap::new());
+        let key = self.hash();
+        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(levels) = known().get(&key) {
+            return levels.clone();
+        }
+        let levels = self.levels(bounds);
+        known().insert(key, levels.clone());
+        levels
+    }
+
+    /// Hash of all that levels are made of.
+    fn hash(&self) -> u128 {
+        let mut hash = Xxh3::new();
+        hash.update(&(self.triangles as u64).to_le_bytes());
+        for vectors in [&self.positions, &self.normals, &self.colors] {
+            hash.update(&(vectors.len() as u64).to_le_bytes());
+            hash.update(bytemuck::cast_slice(vectors));
+        }
+        hash.update(bytemuck::cast_slice(&self.indices));
+        hash.digest128()
     }
 
     /// Levels in the order of their errors, each worth its memory; at most as many as a mesh may have beside an empty
