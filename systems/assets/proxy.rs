@@ -24,6 +24,9 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// Triangles that levels of a proxy are to have.
 const TARGETS: [usize; 8] = [1600, 800, 400, 200, 100, 50, 24, 12];
+/// Triangles that all levels are made of. Made of all triangles of a detailed model, each level would take half a
+/// second, and have much the same error: that of these is at most a quarter of the first level's.
+const FINE: usize = 4 * TARGETS[0];
 /// Triangles of all members below which a proxy is not worth its memory.
 const FEWEST_TO_JOIN: usize = 256;
 /// Vertices at which a mesh is not subdivided any further.
@@ -130,6 +133,66 @@ struct Joined {
     triangles: usize,
 }
 
+/// Vertices and triangles as the simplifier takes them.
+struct Simplifiable<'a> {
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+    colors: &'a [Vec3],
+    indices: &'a [u32],
+}
+
+impl Simplifiable<'_> {
+    /// The vertices, and their extent; `None` where that is none.
+    fn vertices(&self) -> Option<(VertexDataAdapter<'_>, f32)> {
+        let vertices = VertexDataAdapter::new(bytemuck::cast_slice(self.positions), size_of::<Vec3>(), 0).ok()?;
+        let scale = simplify_scale(&vertices);
+        (scale.is_normal() && (scale * scale).is_normal()).then_some((vertices, scale))
+    }
+
+    /// Indices of so many triangles or a few more, whose edges were collapsed, and their error, metres.
+    fn by_edges(&self, target: usize) -> Option<(Vec<u32>, f32)> {
+        let (vertices, scale) = self.vertices()?;
+        let both = self.normals.iter().zip(self.colors);
+        let attributes: Vec<f32> = both.flat_map(|(n, c)| n.to_array().into_iter().chain(c.to_array())).collect();
+        let weights = [NORMAL_WEIGHT, NORMAL_WEIGHT, NORMAL_WEIGHT, COLOR_WEIGHT, COLOR_WEIGHT, COLOR_WEIGHT];
+        let mut error = 0.0;
+        let indices = simplify_with_attributes_and_locks(
+            self.indices,
+            &vertices,
+            &attributes,
+            &weights,
+            size_of_val(&weights),
+            &vec![SimplifyVertex::None; self.positions.len()],
+            3 * target,
+            MOST_ERROR,
+            SimplifyOptions::Permissive | SimplifyOptions::Prune,
+            Some(&mut error),
+        );
+        Some((indices, error * scale * FARTHEST))
+    }
+
+    /// The same of triangles whose vertices were joined in cells.
+    fn by_cells(&self, target: usize) -> Option<(Vec<u32>, f32)> {
+        let (vertices, scale) = self.vertices()?;
+        let mut error = 0.0;
+        let indices = simplify_sloppy(self.indices, &vertices, 3 * target, MOST_ERROR, Some(&mut error));
+        Some((indices, error * scale * FARTHEST * COLORS_OF_CELLS))
+    }
+}
+
+/// The vertices that indices name, and the indices in terms of these.
+fn used_vertices(indices: &[u32], vertices: usize) -> (Vec<u32>, Vec<u32>) {
+    let (mut used, mut places) = (Vec::new(), vec![None; vertices]);
+    let mut place = |&vertex: &u32| {
+        *places[vertex as usize].get_or_insert_with(|| {
+            used.push(vertex);
+            used.len() as u32 - 1
+        })
+    };
+    let own = indices.iter().map(&mut place).collect();
+    (used, own)
+}
+
 /// A level of all surfaces.
 #[derive(Clone)]
 struct JoinedLevel {
@@ -208,45 +271,26 @@ impl Joined {
     /// Levels in the order of their errors, each worth its memory; at most as many as a mesh may have beside an empty
     /// one.
     fn levels(&self, bounds: Sphere) -> Option<Vec<JoinedLevel>> {
-        let positions = bytemuck::cast_slice(&self.positions);
-        let vertices = VertexDataAdapter::new(positions, size_of::<Vec3>(), 0).ok()?;
-        let scale = simplify_scale(&vertices);
-        if !scale.is_normal() || !(scale * scale).is_normal() {
-            return None;
-        }
-        let attributes: Vec<f32> = self
-            .normals
-            .iter()
-            .zip(&self.colors)
-            .flat_map(|(n, c)| n.to_array().into_iter().chain(c.to_array()))
-            .collect();
-        let weights = [NORMAL_WEIGHT, NORMAL_WEIGHT, NORMAL_WEIGHT, COLOR_WEIGHT, COLOR_WEIGHT, COLOR_WEIGHT];
-        let free = vec![SimplifyVertex::None; self.positions.len()];
-        let by_edges = |target: usize| {
-            let options = SimplifyOptions::Permissive | SimplifyOptions::Prune;
-            let stride = size_of_val(&weights);
-            let mut error = 0.0;
-            let indices = simplify_with_attributes_and_locks(
-                &self.indices,
-                &vertices,
-                &attributes,
-                &weights,
-                stride,
-                &free,
-                3 * target,
-                MOST_ERROR,
-                options,
-                Some(&mut error),
-            );
-            JoinedLevel { indices, error: error * scale * FARTHEST, is_flat: false }
+        let (positions, normals, colors) = (&self.positions, &self.normals, &self.colors);
+        let whole = Simplifiable { positions, normals, colors, indices: &self.indices };
+        let (indices, fine_error) = whole.by_edges(FINE)?;
+        // The simplifier goes through all vertices that it is given.
+        let (own, fine_indices) = used_vertices(&indices, positions.len());
+        let [positions, normals, colors] =
+            [positions, normals, colors].map(|of| own.iter().map(|&vertex| of[vertex as usize]).collect::<Vec<_>>());
+        let fine = Simplifiable { positions: &positions, normals: &normals, colors: &colors, indices: &fine_indices };
+        let level = |(indices, error): (Vec<u32>, f32), is_flat| JoinedLevel {
+            indices: indices.into_iter().map(|vertex| own[vertex as usize]).collect(),
+            error: fine_error + error,
+            is_flat,
         };
-        let by_cells = |target: usize| {
-            let mut error = 0.0;
-            let indices = simplify_sloppy(&self.indices, &vertices, 3 * target, MOST_ERROR, Some(&mut error));
-            JoinedLevel { indices, error: error * scale * FARTHEST * COLORS_OF_CELLS, is_flat: true }
-        };
-        let mut found: Vec<JoinedLevel> =
-            TARGETS.into_iter().flat_map(|target| [by_edges(target), by_cells(target)]).collect();
+        let targets = TARGETS.into_iter().flat_map(|target| {
+            [
+                fine.by_edges(target).map(|found| level(found, false)),
+                fine.by_cells(target).map(|found| level(found, true)),
+            ]
+        });
+        let mut found: Vec<JoinedLevel> = targets.flatten().collect();
         found.retain(|level| level.indices.len() >= 3 * FEWEST && level.error <= MOST_ERROR * 2.0 * bounds.radius);
         found.sort_by(|a, b| a.error.total_cmp(&b.error).then(a.indices.len().cmp(&b.indices.len())));
         let mut levels: Vec<JoinedLevel> = Vec::new();
