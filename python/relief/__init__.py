@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 if not any(name in os.environ for name in ("MESA_VK_DEVICE_SELECT", "DRI_PRIME")):
     os.environ.setdefault("NODEVICE_SELECT", "1")
 
-from . import described, errors
+from . import cuda, described, errors
 from ._relief import (
     __version__,
     BarometerReading,
@@ -116,6 +116,7 @@ __all__ = [
     "capture",
     "capture_columns",
     "capture_due",
+    "cuda",
     "errors",
     "look",
     "make_vec",

@@ -5,14 +5,14 @@
 //! given     arguments of calls, and errors that name them; values: numbers, places; described: fields by their
 //!           descriptions; light: what a light shines like
 //! worlds    world: one under a lock, and what is done with it away from the interpreter; device: the graphics device
-//!           of the process; watch: captures that were left out
+//!           of the process; lending: memory of that for other interfaces; watch: captures that were left out
 //! captures  what sensors measured, as arrays: camera, points (of lidars), readings (of all others); depth_steps:
-//!           depths as bytes
+//!           depths as bytes; shared: pictures that stay on the graphics device
 //! entities  entity: what is in a world; own: its world; vehicle, light, portal, sensor; mounting: sensors by their
 //!           keywords; mounted: entities on others
 //! sims      sim: Sim, a world of a scene, and its run; spawning, contents: what comes into being, and is there; roads:
-//!           routes and signals; many: several worlds at once; columns: their sensors as arrays; dataset: captures as
-//!           files
+//!           routes and signals; many: several worlds at once; columns: their sensors as arrays; sharing: their
+//!           cameras on the graphics device; dataset: captures as files
 //! program   the command line
 //! ```
 //!
@@ -51,6 +51,9 @@ mod _relief {
     use crate::captures::points::LidarCapture;
     #[pymodule_export]
     use crate::captures::readings::{Collisions, Contact, Reading};
+    #[cfg(target_os = "linux")]
+    #[pymodule_export]
+    use crate::captures::shared::SharedPictures;
     #[pymodule_export]
     use crate::entities::entity::Entity;
     #[pymodule_export]
@@ -75,6 +78,9 @@ mod _relief {
     use crate::sims::many::{adapter, capture, capture_due, look, replay, set_threads, step};
     #[pymodule_export]
     use crate::sims::roads::Route;
+    #[cfg(target_os = "linux")]
+    #[pymodule_export]
+    use crate::sims::sharing::{set_shared_memory_limit, share};
     #[pymodule_export]
     use crate::sims::sim::{Recording, Sim};
 

@@ -167,6 +167,9 @@ def calls(sim):
     yield lambda **given: relief.step([sim], **given), "n", "count", OPTIONAL
     yield lambda **given: relief.capture([sim], **given), "sensor", "text", None
     yield lambda **given: relief.capture_columns([sim], **given), "names", "names", None
+    yield lambda **given: relief.capture_columns([sim], "front", **given), "without", "names", OPTIONAL
+    for take in (relief.capture, relief.look):
+        yield lambda take=take, **given: take([sim], "front", **given), "device", "text", OPTIONAL
     yield relief.replay, "recording", "path", None
     yield lambda **given: relief.replay("none.rec", **given), "scene", "path", OPTIONAL
     yield relief.set_threads, "threads", "count", None

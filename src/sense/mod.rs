@@ -53,5 +53,6 @@ pub use rays::objects::Meeting;
 pub use rays::scene::{RayScene, RayWarnings};
 pub use world::drawing::{Captured, Drawing, Wanted};
 pub use world::names::{sensor_name, sensor_name_on, sensor_names};
+pub use world::packed::PackPlan;
 pub use world::sensors::WorldSensors;
 pub use world::suite::SensorSuite;

@@ -2,8 +2,8 @@
 //! drawn together.
 
 use crate::common::{self, prelude::*};
-use relief::renderer::ViewBatches;
-use relief::sense::{Drawing, Wanted, WorldSensors};
+use relief::renderer::{PackedArray, ViewBatches};
+use relief::sense::{Drawing, SensorData, Wanted, WorldSensors};
 use systems::assets::MeshEntry;
 
 /// A world, and what its library has.
@@ -65,7 +65,7 @@ fn world(stock: &Stock, seed: u64) -> World {
     simulation.world.spawn((Light::point(8.0, 20.0).with_shadows(), Transform::from_translation(at())));
     let tone_map = if seed.is_multiple_of(2) { ToneMap::Clamp } else { ToneMap::Agx };
     simulation.world.resource_mut::<Environment>().tone_map = tone_map;
-    let outputs = [CameraOutput::Color, CameraOutput::Depth, CameraOutput::Instance];
+    let outputs = [CameraOutput::Color, CameraOutput::Depth, CameraOutput::Instance, CameraOutput::Part];
     for (name, size) in [("left", (48, 32)), ("right", (48, 32)), ("small", (20, 20))] {
         let samples = if name == "small" { 4 } else { 1 };
         let outputs = outputs.into_iter().collect();
@@ -116,6 +116,69 @@ fn worlds_that_are_captured_together_look_as_each_does_alone() {
             assert!(captures == expected, "of one library: {of_one_library}, {order:?}");
         }
     }
+}
+
+/// Bytes of a buffer.
+fn bytes_of(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
+    let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+    let descriptor = wgpu::BufferDescriptor { label: None, size: buffer.size(), usage, mapped_at_creation: false };
+    let copy = gpu.device.create_buffer(&descriptor);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    copy.map_async(wgpu::MapMode::Read, .., |mapped| mapped.expect("mapped"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("polled");
+    copy.get_mapped_range(..).expect("mapped").to_vec()
+}
+
+/// The entity of a name.
+fn named(world: &mut World, name: &str) -> Entity {
+    let mut all = world.simulation.world.query::<(Entity, &Name)>();
+    all.iter(&world.simulation.world).find(|(_, own)| own.as_str() == name).map(|(entity, _)| entity).expect("there")
+}
+
+#[test]
+fn arrays_on_the_device_are_those_of_captures() {
+    let Some(gpu) = common::gpu() else { return };
+    let stock = stock();
+    let mut worlds = [world(&stock, 0), world(&stock, 1), world(&stock, 2)];
+    let expected: Vec<Capture> = worlds.iter_mut().map(|world| expected(&gpu, world)).collect();
+    let scale = [7.0, 8.0, 9.5];
+    let mut drawing = Drawing::of_many(Some(&gpu));
+    let mut all_steps = Vec::new();
+    for name in ["left", "small"] {
+        let cameras = worlds.each_mut().map(|world| [named(world, name)]);
+        let asked = worlds.iter_mut().zip(&cameras);
+        let mut asked: Vec<_> =
+            asked.map(|(world, own)| (&mut world.simulation, &mut world.sensors, Wanted::Look(own))).collect();
+        let plan = drawing.plan_pack(&Settings::default(), &mut asked, scale.to_vec()).expect("planned");
+        let layout = plan.layout().clone();
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let descriptor = wgpu::BufferDescriptor { label: None, size: layout.bytes, usage, mapped_at_creation: false };
+        let target = gpu.device.create_buffer(&descriptor);
+        drawing.pack(&mut asked, &plan, &target).expect("packed");
+        let bytes = bytes_of(&gpu, &target);
+        let array = |array, view: u64| {
+            let start = (layout.start(array).expect("packed") + view * layout.view_bytes(array)) as usize;
+            let pixels = u64::from(layout.size.0 * layout.size.1);
+            bytes[start..start + (pixels * array.pixel_bytes()) as usize].to_vec()
+        };
+        for (view, capture) in (0..).zip(&expected) {
+            let SensorData::Camera(camera) = &capture[name].data else { panic!("{name} is a camera") };
+            assert_eq!(array(PackedArray::Color, view), camera.color.as_flattened(), "{name} {view}");
+            assert_eq!(array(PackedArray::Depth, view), bytemuck::cast_slice::<_, u8>(&camera.depth), "{name} {view}");
+            let ids = [(PackedArray::Instance, &camera.instance), (PackedArray::Part, &camera.part)];
+            for (packed, own) in ids {
+                assert_eq!(array(packed, view), bytemuck::cast_slice::<_, u8>(own), "{packed:?} of {name} {view}");
+            }
+            let passed = |depth: &f32| scale.iter().filter(|step| *step <= depth).count() as u8 + 1;
+            let steps = camera.depth.iter().map(|depth| if depth.is_finite() { passed(depth) } else { 255 });
+            let steps: Vec<u8> = steps.collect();
+            assert_eq!(array(PackedArray::DepthSteps, view), steps, "{name} {view}");
+            all_steps.extend(steps);
+        }
+    }
+    assert!([1, 2, 3, 4, 255].iter().all(|step| all_steps.contains(step)), "all kinds of depths");
 }
 
 #[test]

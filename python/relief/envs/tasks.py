@@ -20,7 +20,7 @@ import numpy as np
 from gymnasium import spaces
 
 import relief
-from relief import _relief
+from relief import _relief, cuda
 
 #: Simulated seconds of a step of the environment: as near as whole steps of the world's clock come.
 FRAME_SECONDS = 0.1
@@ -71,11 +71,16 @@ class Outcome:
 
 class Seen:
     """What the sensors of several environments measured: pictures as arrays with the environments as their first axis,
-    and of each environment its lane and contacts, as `Task.outcome` reads them."""
+    and of each environment its lane and contacts, as `Task.outcome` reads them. ``device``: that of the pictures, as
+    `relief.capture` has it."""
 
-    def __init__(self, sims: Sequence[relief.Sim]) -> None:
+    def __init__(self, sims: Sequence[relief.Sim], device: str = "cpu") -> None:
         names = [f"ego/{own}" for own in (CAMERA, LANE, TOUCH)]
-        self.camera, lanes, contacts = relief.capture_columns(sims, names)
+        if device == "cpu":
+            self.camera, lanes, contacts = relief.capture_columns(sims, names)
+        else:
+            self.camera = cuda.pictures(sims, names[0], device, scale=SCALE)
+            lanes, contacts = relief.capture_columns(sims, names[1:], without=names[:1])
         rows = zip(*(column.tolist() for column in lanes.values()))
         self._each = [{names[1]: SimpleNamespace(**dict(zip(lanes, row))), names[2]: []} for row in rows]
         for world, depth in zip(contacts["world"].tolist(), contacts["depth"].tolist()):
@@ -83,6 +88,13 @@ class Seen:
 
     def __getitem__(self, i: int) -> dict[str, Any]:
         return self._each[i]
+
+    @property
+    def log_depth(self) -> Any:
+        """Depths by `log_depth`, uint8 (N, H, W, 1)."""
+        if isinstance(self.camera, cuda.CudaBatch):
+            return self.camera.depth_steps.with_channel()
+        return log_depth(self.camera.depth)[..., None]
 
 
 def frame_steps(sim: relief.Sim) -> int:
@@ -302,11 +314,12 @@ class Traffic(Task):
 
     def observe(self, episode: Episode, capture: relief.Capture) -> object:
         camera = capture[f"ego/{CAMERA}"]
-        return self._observation(camera, np.array(self._state(episode, capture), np.float32))
+        state = np.array(self._state(episode, capture), np.float32)
+        return self._observation(camera.color, log_depth(camera.depth)[..., None], state)
 
     def observe_all(self, episodes: Sequence[Episode], seen: Seen) -> object:
         states = [self._state(episode, seen[i]) for i, episode in enumerate(episodes)]
-        return self._observation(seen.camera, np.array(states, np.float32))
+        return self._observation(seen.camera.color, seen.log_depth, np.array(states, np.float32))
 
     def _state(self, episode: Episode, capture: relief.Capture | Mapping[str, Any]) -> list[float]:
         lane = capture[f"ego/{LANE}"]
@@ -321,9 +334,8 @@ class Traffic(Task):
             1.0 if lane.valid else -1.0,
         ]
 
-    def _observation(self, camera: Any, states: np.ndarray) -> dict[str, np.ndarray]:
-        depth = log_depth(camera.depth)[..., None]
-        return {"camera": camera.color, "depth": depth, "state": np.clip(states, -1.0, 1.0)}
+    def _observation(self, color: Any, depth: Any, states: np.ndarray) -> dict[str, Any]:
+        return {"camera": color, "depth": depth, "state": np.clip(states, -1.0, 1.0)}
 
 
 class Town(Traffic):

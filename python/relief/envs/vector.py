@@ -36,13 +36,18 @@ def _arrays(observations: Any) -> dict[str, np.ndarray]:
 def make_vec(
     task: str | Task, num_envs: int = 1, *, autoreset_mode: Any = "NextStep", **options: Any
 ) -> DrivingVectorEnv:
-    """Environments of a task, such as ``relief.make_vec("relief/LaneFollow-v0", 64)``. ``options``: of the task."""
+    """Environments of a task, such as ``relief.make_vec("relief/LaneFollow-v0", 64)``. ``options``: those of
+    `DrivingVectorEnv`, and of the task."""
     return DrivingVectorEnv(task, num_envs=num_envs, autoreset_mode=autoreset_mode, **options)
 
 
 class DrivingVectorEnv(gymnasium.vector.VectorEnv):
     """A task in several worlds. What environment i sees is, bit for bit, what a single one sees that was reset with the
     seed of environment i, which is the seed given plus i: whatever the number of environments and of threads.
+
+    ``device="cuda"``: pictures are arrays of CUDA (`relief.cuda.CudaArray`), ``"auto"``: where they can be; what is no
+    picture is numpy's. Gymnasium's ``SameStep`` and `render` need them on the CPU, and tasks have to be seen together
+    (`Task.is_seen_together`).
 
     ``render_mode="rgb_array"``: `render` gives what the cameras saw last. Worlds are loaded by the first `reset`: until
     then the process may be forked.
@@ -55,6 +60,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         *,
         autoreset_mode: Any = "NextStep",
         render_mode: str | None = None,
+        device: str = "cpu",
         **options: Any,
     ) -> None:
         # Gymnasium closes what is deleted, also where nothing came of it.
@@ -69,6 +75,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         self.task = task_of(task, **options)
         self._together = self.task.is_seen_together
         self.mode = _mode(autoreset_mode)
+        self.device = self._checked_device(device)
         modes = getattr(gymnasium.vector, "AutoresetMode", None)
         mode = modes(self.mode) if modes is not None else self.mode
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / FRAME_SECONDS), "autoreset_mode": mode}
@@ -79,6 +86,21 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         self._random: dict[int, np.random.Generator] = {}
         self._episodes: dict[int, Episode] = {}
         self._ended = np.zeros(num_envs, dtype=bool)
+
+    def _checked_device(self, device: Any) -> str:
+        if device not in ("cpu", "cuda", "auto"):
+            raise ValueError(f"device: expected 'cpu', 'cuda' or 'auto', found {device!r}")
+        if device != "cpu":
+            if self.mode == "SameStep":
+                raise ValueError(f"autoreset_mode: expected NextStep or Disabled with device={device!r}, found SameStep")
+            if self.render_mode is not None:
+                raise ValueError(f"render_mode: expected None with device={device!r}, found {self.render_mode!r}")
+            if not self._together:
+                raise ValueError(
+                    f"device: expected 'cpu', found {device!r}: {type(self.task).__name__} looks at each environment by "
+                    "itself; expected a task with observe_all and without an outcome of its own"
+                )
+        return str(device)
 
     @property
     def sims(self) -> list[relief.Sim]:
@@ -185,7 +207,7 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
         """What tells outcomes and observations of environments, in their order."""
         sims = self.sims
         sims = [sims[i] for i in which]
-        return Seen(sims) if self._together else relief.capture_due(sims)
+        return Seen(sims, self.device) if self._together else relief.capture_due(sims)
 
     def _observations(self, which: Sequence[int], captures: Any) -> Any:
         """Of environments, in arrays that nothing else has."""

@@ -44,6 +44,16 @@ impl<'a> Scale<'a> {
     }
 }
 
+/// The steps of a scale. Raises ValueError of too many, and of others than positive depths, ascending.
+pub fn steps_of_scale(scale: &PyReadonlyArray1<'_, f32>) -> PyResult<Vec<f32>> {
+    let steps = scale.to_vec()?;
+    if steps.len() > MOST_STEPS || !steps.is_sorted() || steps.first().is_some_and(|first| *first <= 0.0) {
+        let message = format!("scale: expected at most {MOST_STEPS} positive depths, ascending, found {steps:?}");
+        return Err(Failure::value(message).into());
+    }
+    Ok(steps)
+}
+
 /// Steps of an ascending scale, of at most 253 positive depths, that each depth has passed, plus 1: uint8 of the same
 /// shape; 255 where there is nothing.
 #[pyfunction]
@@ -52,11 +62,7 @@ pub fn depth_steps<'py>(
     depths: PyReadonlyArrayDyn<'py, f32>,
     scale: PyReadonlyArray1<'py, f32>,
 ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
-    let (given, steps) = (depths.to_vec()?, scale.to_vec()?);
-    if steps.len() > MOST_STEPS || !steps.is_sorted() || steps.first().is_some_and(|first| *first <= 0.0) {
-        let message = format!("scale: expected at most {MOST_STEPS} positive depths, ascending, found {steps:?}");
-        return Err(Failure::value(message).into());
-    }
+    let (given, steps) = (depths.to_vec()?, steps_of_scale(&scale)?);
     let bytes: Vec<u8> = py.detach(|| {
         let scale = Scale::new(&steps);
         given.into_iter().map(|depth| scale.byte(depth)).collect()

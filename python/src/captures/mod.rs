@@ -7,3 +7,5 @@ pub mod depth_steps;
 pub mod lens;
 pub mod points;
 pub mod readings;
+#[cfg(target_os = "linux")]
+pub mod shared;

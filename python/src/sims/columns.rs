@@ -2,7 +2,7 @@
 
 use crate::captures::camera::{CameraBatch, array};
 use crate::errors::{Failure, Outcome};
-use crate::given::arguments::{Names, required};
+use crate::given::arguments::{Given, Names, optional, required};
 use crate::sims::many::{are_alike, with_all, worlds};
 use crate::sims::sim::warn;
 use crate::worlds::world::World;
@@ -21,16 +21,25 @@ enum Joined {
 
 /// Captures every sensor that is due, of several worlds, as `capture_due`. Returns of each full name what all worlds
 /// measured: of a camera a `CameraBatch`, of a sensor without pictures a dict of arrays. These have a row for each
-/// record: its fields as files have them, and `world`, the place of its world. Raises KeyError where a world lacks such
-/// a sensor or it is not due, ValueError of lidars and where cameras differ in size or outputs, GpuError.
+/// record: its fields as files have them, and `world`, the place of its world. `without`: full names of sensors that
+/// are not captured, such as those that something else looks at. Raises KeyError where a world lacks a sensor of `names`
+/// or it is not due, ValueError of lidars and where cameras differ in size or outputs, GpuError.
 #[pyfunction]
-pub fn capture_columns(py: Python<'_>, sims: &Bound<'_, PyAny>, names: &Bound<'_, PyAny>) -> PyResult<Vec<Py<PyAny>>> {
+#[pyo3(signature = (sims, names, *, without=None), text_signature = "(sims, names, *, without=())")]
+pub fn capture_columns(
+    py: Python<'_>,
+    sims: &Bound<'_, PyAny>,
+    names: &Bound<'_, PyAny>,
+    without: Given<'_, '_>,
+) -> PyResult<Vec<Py<PyAny>>> {
     let (sims, names) = (worlds("sims", sims)?, required::<Names>("names", names)?.all());
+    let without = optional::<Names>("without", without)?.map_or(Vec::new(), Names::all);
     if sims.is_empty() {
         return Err(Failure::value("sims: expected at least one").into());
     }
     let (joined, steps, warnings) = with_all(py, &sims, |mut worlds| {
-        let wanted = worlds.iter_mut().map(|world| (&mut **world, Wanted::Due(&|_| true)));
+        let is_wanted = |name: &str| !without.iter().any(|own| own == name);
+        let wanted = worlds.iter_mut().map(|world| (&mut **world, Wanted::Due(&is_wanted)));
         let mut captures = World::capture_all(wanted.collect())?;
         let joined = names.iter().map(|name| join(&mut captures, name)).collect::<Outcome<Vec<_>>>()?;
         let steps: Vec<u64> = captures.iter().map(|capture| capture.step).collect();

@@ -8,6 +8,7 @@ use crate::sims::sim::{MOST_STEPS, STEPS_AT_ONCE, Sim, is_among, warn};
 use crate::worlds::device;
 use crate::worlds::world::{Replay, World};
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 use relief::bevy_ecs::prelude::Entity;
 use relief::sense::{CameraCapture, Capture as Captured, SensorData, Wanted, sensor_names};
 use relief::systems::ecs::parallel::map_in_parallel;
@@ -121,42 +122,48 @@ pub fn capture_due(py: Python<'_>, sims: &Bound<'_, PyAny>) -> PyResult<Vec<Capt
 }
 
 /// The pictures of the same camera of several worlds, which is due in each: arrays with the worlds as their first axis.
-/// The bits of a picture do not depend on the other worlds. Raises KeyError where a world has no such camera,
-/// ValueError where one is not due or they differ in size or outputs, GpuError.
+/// The bits of a picture do not depend on the other worlds. `device`: "cpu", where they are numpy's; "cuda", where they
+/// stay on the graphics device, a `relief.cuda.CudaBatch`; "auto", CUDA's if it can be had. Raises KeyError where a
+/// world has no such camera, ValueError where one is not due or they differ in size or outputs, GpuError.
 #[pyfunction]
-#[pyo3(signature = (sims, sensor))]
-pub fn capture(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
-    pictures(py, sims, sensor, true)
+#[pyo3(signature = (sims, sensor, *, device=None), text_signature = "(sims, sensor, *, device='cpu')")]
+pub fn capture<'py>(
+    py: Python<'py>,
+    sims: &Bound<'py, PyAny>,
+    sensor: &Bound<'py, PyAny>,
+    device: Given<'_, 'py>,
+) -> PyResult<Bound<'py, PyAny>> {
+    pictures(py, sims, sensor, true, device)
 }
 
 /// The same as `capture`, whether the cameras are due or not. Raises what `capture` raises of such cameras.
 #[pyfunction]
-#[pyo3(signature = (sims, sensor))]
-pub fn look(py: Python<'_>, sims: &Bound<'_, PyAny>, sensor: &Bound<'_, PyAny>) -> PyResult<CameraBatch> {
-    pictures(py, sims, sensor, false)
+#[pyo3(signature = (sims, sensor, *, device=None), text_signature = "(sims, sensor, *, device='cpu')")]
+pub fn look<'py>(
+    py: Python<'py>,
+    sims: &Bound<'py, PyAny>,
+    sensor: &Bound<'py, PyAny>,
+    device: Given<'_, 'py>,
+) -> PyResult<Bound<'py, PyAny>> {
+    pictures(py, sims, sensor, false, device)
 }
 
-fn pictures(
-    py: Python<'_>,
-    sims: &Bound<'_, PyAny>,
-    sensor: &Bound<'_, PyAny>,
+fn pictures<'py>(
+    py: Python<'py>,
+    sims: &Bound<'py, PyAny>,
+    sensor: &Bound<'py, PyAny>,
     is_to_be_due: bool,
-) -> PyResult<CameraBatch> {
-    let (sims, sensor) = (worlds("sims", sims)?, required::<String>("sensor", sensor)?);
-    if sims.is_empty() {
-        return Err(Failure::value("sims: expected at least one").into());
+    device: Given<'_, 'py>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let device = optional::<String>("device", device)?.unwrap_or_else(|| "cpu".to_owned());
+    if device != "cpu" {
+        let keywords = [("due", is_to_be_due)].into_py_dict(py)?;
+        return py.import("relief.cuda")?.call_method("pictures", (sims, sensor, device), Some(&keywords));
     }
-    let (captures, steps, warnings) = with_all(py, &sims, |worlds| {
-        let mut cameras = Vec::with_capacity(worlds.len());
-        let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
-        for (i, world) in worlds.into_iter().enumerate() {
-            steps.push(world.step_number());
-            looked_at.push([camera(world, &sensor, is_to_be_due).map_err(|failure| failure.of_world(i))?]);
-            cameras.push(world);
-        }
+    let (captures, steps, warnings) = with_cameras(py, sims, sensor, is_to_be_due, |mut cameras, looked_at| {
         let wanted = looked_at.iter().map(|camera| Wanted::Look(camera));
         let captures = World::capture_all(cameras.iter_mut().map(|world| &mut **world).zip(wanted).collect())?;
-        let warnings: Vec<String> = cameras.into_iter().flat_map(|world| world.watch.warnings()).collect();
+        let warnings: Vec<String> = cameras.iter_mut().flat_map(|world| world.watch.warnings()).collect();
         let pictures =
             captures.into_iter().flat_map(|capture| capture.sensors).filter_map(|sensor| match sensor.data {
                 SensorData::Camera(camera) => Some(camera),
@@ -164,10 +171,37 @@ fn pictures(
             });
         let pictures: Vec<CameraCapture> = pictures.collect();
         are_alike(&pictures)?;
-        Ok((pictures, steps, warnings))
+        Ok((pictures, steps_of(&cameras), warnings))
     })?;
     warn(py, &warnings)?;
-    CameraBatch::new(py, captures, steps)
+    Ok(Bound::new(py, CameraBatch::new(py, captures, steps)?)?.into_any())
+}
+
+/// Step number of each world's clock.
+pub fn steps_of(worlds: &[&mut World]) -> Vec<u64> {
+    worlds.iter().map(|world| world.step_number()).collect()
+}
+
+/// Does something with several worlds and the camera of the same name in each.
+pub fn with_cameras<T: Send>(
+    py: Python<'_>,
+    sims: &Bound<'_, PyAny>,
+    sensor: &Bound<'_, PyAny>,
+    is_to_be_due: bool,
+    work: impl FnOnce(Vec<&mut World>, Vec<[Entity; 1]>) -> Outcome<T> + Send,
+) -> PyResult<T> {
+    let (sims, sensor) = (worlds("sims", sims)?, required::<String>("sensor", sensor)?);
+    if sims.is_empty() {
+        return Err(Failure::value("sims: expected at least one").into());
+    }
+    with_all(py, &sims, |mut worlds| {
+        let looked_at = worlds.iter_mut().enumerate().map(|(i, world)| {
+            let camera = camera(world, &sensor, is_to_be_due);
+            Ok([camera.map_err(|failure| failure.of_world(i))?])
+        });
+        let looked_at = looked_at.collect::<Outcome<Vec<_>>>()?;
+        work(worlds, looked_at)
+    })
 }
 
 /// Refuses pictures of worlds that cannot be one array.

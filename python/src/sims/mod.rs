@@ -5,5 +5,7 @@ mod contents;
 pub mod dataset;
 pub mod many;
 pub mod roads;
+#[cfg(target_os = "linux")]
+pub mod sharing;
 pub mod sim;
 mod spawning;

@@ -2,12 +2,16 @@
 
 use crate::errors::{Failure, Outcome};
 use crate::worlds::device;
+#[cfg(target_os = "linux")]
+use crate::worlds::lending::{self, Lent};
 use crate::worlds::watch::Watch;
 use pyo3::prelude::*;
 use relief::bevy_ecs::name::Name;
 use relief::bevy_ecs::prelude::{ChildOf, Entity};
 use relief::glam::{DAffine3, DVec3};
 use relief::recording::{self, Recording, RunFiles};
+#[cfg(target_os = "linux")]
+use relief::renderer::PackedLayout;
 use relief::renderer::Settings;
 use relief::scene::{Overrides, Template};
 use relief::sense::{Capture, Captured, Wanted, WorldSensors};
@@ -235,12 +239,31 @@ impl World {
         captures.next().ok_or_else(|| Failure::Gpu("nothing was captured".into()))
     }
 
+    fn captured<'a>((world, wanted): (&'a mut Self, Wanted<'a>)) -> (Captured<'a>, &'a mut Watch) {
+        ((&mut world.session.simulation, &mut world.sensors, wanted), &mut world.watch)
+    }
+
+    /// Captures a camera of each of several worlds into memory of the graphics device. `scale`: of steps of depths.
+    #[cfg(target_os = "linux")]
+    pub fn share_all<'a>(
+        worlds: Vec<(&'a mut Self, Wanted<'a>)>,
+        scale: Vec<f32>,
+    ) -> Outcome<(PackedLayout, Arc<Lent>)> {
+        let mut worlds: Vec<Captured<'a>> = worlds.into_iter().map(|own| Self::captured(own).0).collect();
+        device::with_drawing(|drawing| {
+            let plan = drawing.plan_pack(&Settings::default(), &mut worlds, scale)?;
+            let lent = lending::lend(drawing.open()?, plan.layout().bytes);
+            let shared = lent.map(|lent| {
+                drawing.pack(&mut worlds, &plan, lent.buffer.buffer())?;
+                Ok((plan.layout().clone(), lent))
+            });
+            shared.map_or_else(|failure| Ok(Err(failure)), |shared| shared.map(Ok))
+        })?
+    }
+
     /// Captures sensors of several worlds, in one submission. Their watches note it.
     pub fn capture_all<'a>(worlds: Vec<(&'a mut Self, Wanted<'a>)>) -> Outcome<Vec<Capture>> {
-        let split = |(world, wanted): (&'a mut Self, Wanted<'a>)| -> (Captured<'a>, &'a mut Watch) {
-            ((&mut world.session.simulation, &mut world.sensors, wanted), &mut world.watch)
-        };
-        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(split).unzip();
+        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(Self::captured).unzip();
         let captures = device::with_drawing(|drawing| drawing.capture(&Settings::default(), &mut worlds))?;
         for (((simulation, ..), watch), capture) in worlds.iter().zip(watches).zip(&captures) {
             watch.note(&simulation.world, capture);

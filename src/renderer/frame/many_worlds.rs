@@ -4,8 +4,9 @@
 
 use super::measured::{DrawnPlans, has_levels};
 use super::renderer::Renderer;
-use super::view_batches::{DrawnBatches, ViewBatches};
+use super::view_batches::{DrawnBatches, EncodedBatch, ViewBatches};
 use crate::renderer::gpu::error::RenderError;
+use crate::renderer::passes::pack::Packing;
 use crate::renderer::plan::view_plan::ViewPlan;
 use crate::renderer::shadows::shadow_maps::views_with_room;
 use crate::renderer::views::layers::ViewBatchKey;
@@ -17,6 +18,69 @@ pub type ReadFrame<'a> = dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError
 
 /// Hands over the frame of a world, by its place in a list of worlds.
 pub type Lend<'a> = dyn FnMut(usize, &mut ReadFrame<'_>) -> Result<(), RenderError> + 'a;
+
+/// Views of several worlds as they are drawn.
+#[derive(Default)]
+struct WorldViews {
+    /// By world.
+    drawn: Vec<DrawnPlans>,
+    /// By world.
+    tone_maps: Vec<ToneMap>,
+    /// World and plan of the views that are drawn beside each other.
+    open: Vec<(usize, usize)>,
+}
+
+impl WorldViews {
+    fn plan(&self, (world, plan): (usize, usize)) -> &ViewPlan {
+        &self.drawn[world].plans[plan]
+    }
+
+    fn key(&self, view: (usize, usize)) -> (ViewBatchKey, ToneMap) {
+        (ViewBatchKey::of(self.plan(view)), self.tone_maps[view.0])
+    }
+
+    /// Adds the views of the next world; those that find no room for their shadows beside each other are not open.
+    /// Returns whether they are.
+    fn add(&mut self, frame: &FrameData<'_>, plans: &[ViewPlan]) -> bool {
+        let world = self.drawn.len();
+        let drawn = DrawnPlans::new(plans, has_levels(frame));
+        let have_room = views_with_room(frame, &plans.iter().collect::<Vec<_>>()) >= plans.len();
+        if have_room {
+            self.open.extend((0..drawn.plans.len()).map(|plan| (world, plan)));
+        }
+        self.tone_maps.push(frame.list.environment.tone_map);
+        self.drawn.push(drawn);
+        have_room
+    }
+
+    /// Encodes all open views, in batches of those that agree, and hands over each batch with its views.
+    fn encode(
+        &self,
+        renderer: &mut Renderer,
+        batches: &mut ViewBatches,
+        lend: &mut Lend<'_>,
+        mut take: impl FnMut(&mut Renderer, &mut ViewBatches, EncodedBatch, Vec<(usize, usize)>) -> Result<(), RenderError>,
+    ) -> Result<(), RenderError> {
+        let mut open = self.open.clone();
+        while let Some(&first) = open.first() {
+            let key = self.key(first);
+            let (alike, others): (Vec<_>, Vec<_>) = open.into_iter().partition(|&view| self.key(view) == key);
+            open = others;
+            for now in alike.chunks(key.0.most_views(&renderer.gpu)) {
+                let batch = renderer.encode_batch(batches, key.0, now.len(), &mut |batch| {
+                    for views in now.chunk_by(|a, b| a.0 == b.0) {
+                        let plans = views.iter().map(|&view| (self.plan(view).clone(), None)).collect();
+                        let mut plans = Some(plans);
+                        lend(views[0].0, &mut |frame| batch.encode(frame, plans.take().unwrap_or_default()))?;
+                    }
+                    Ok(())
+                })?;
+                take(renderer, batches, batch, now.to_vec())?;
+            }
+        }
+        Ok(())
+    }
+}
 
 impl Renderer {
     /// Draws views of several worlds and reads back what their settings ask for: of each world in the order of its
@@ -34,56 +98,65 @@ impl Renderer {
     ) -> Result<Vec<Vec<Outputs>>, RenderError> {
         batches.begin();
         let mut results: Vec<Vec<Option<Outputs>>> = Vec::new();
-        let mut all_drawn = Vec::new();
-        // By world, whether the shadows of all its views find room beside each other.
-        let mut tone_maps = Vec::new();
-        let mut open = Vec::new();
+        let mut views = WorldViews::default();
         for (world, plans) in worlds.iter().enumerate() {
-            let (mut tone_map, mut have_room, mut with_levels) = (ToneMap::default(), true, false);
+            let mut have_room = true;
             lend(world, &mut |frame| {
-                tone_map = frame.list.environment.tone_map;
-                have_room = views_with_room(frame, &plans.iter().collect::<Vec<_>>()) >= plans.len();
-                with_levels = has_levels(frame);
+                have_room = views.add(frame, plans);
                 Ok(())
             })?;
-            tone_maps.push(tone_map);
-            let drawn = DrawnPlans::new(plans, with_levels);
-            results.push(drawn.plans.iter().map(|_| None).collect());
-            if have_room {
-                open.extend((0..drawn.plans.len()).map(|plan| (world, plan)));
-            } else {
+            let drawn = &views.drawn[world].plans;
+            results.push(drawn.iter().map(|_| None).collect());
+            if !have_room {
                 lend(world, &mut |frame| {
-                    let outputs = self.draw_views(frame, batches, &drawn.plans)?;
+                    let outputs = self.draw_views(frame, batches, drawn)?;
                     results[world] = outputs.into_iter().map(Some).collect();
                     Ok(())
                 })?;
             }
-            all_drawn.push(drawn);
         }
-        let plan_of = |world: usize, plan: usize| &all_drawn[world].plans[plan];
-        let key_of = |&(world, plan): &(usize, usize)| (ViewBatchKey::of(plan_of(world, plan)), tone_maps[world]);
         let mut submitted = DrawnBatches::default();
-        while let Some(first) = open.first() {
-            let key = key_of(first);
-            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);
-            open = others;
-            for now in alike.chunks(key.0.most_views(&self.gpu)) {
-                let batch = self.draw_batch(batches, key.0, now.len(), &mut |batch| {
-                    for views in now.chunk_by(|a, b| a.0 == b.0) {
-                        let plans = views.iter().map(|&(world, plan)| (plan_of(world, plan).clone(), None)).collect();
-                        let mut plans = Some(plans);
-                        lend(views[0].0, &mut |frame| batch.encode(frame, plans.take().unwrap_or_default()))?;
-                    }
-                    Ok(())
-                })?;
-                let views = (batch, now.to_vec());
-                submitted.push(self, batches, views, |(world, plan), outputs| results[world][plan] = Some(outputs));
-            }
-        }
-        submitted.finish(self, batches, |(world, plan), outputs| results[world][plan] = Some(outputs));
+        let mut put = |(world, plan): (usize, usize), outputs| results[world][plan] = Some(outputs);
+        views.encode(self, batches, lend, |renderer, batches, encoded, views| {
+            let batch = renderer.submit_batch(batches, encoded)?;
+            submitted.push(renderer, batches, (batch, views), &mut put);
+            Ok(())
+        })?;
+        submitted.finish(self, batches, put);
         batches.end();
         self.gpu.check()?;
-        let joined = all_drawn.iter().zip(results);
+        let joined = views.drawn.iter().zip(results);
         Ok(joined.map(|(drawn, outputs)| drawn.join(outputs.into_iter().flatten().collect())).collect())
+    }
+
+    /// Draws a view of each of several worlds as [`Self::draw_worlds`] does, and leaves what they show on the device,
+    /// in arrays ([`Packing`]). Waits until these are written, once.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn pack_worlds(
+        &mut self,
+        batches: &mut ViewBatches,
+        worlds: &[ViewPlan],
+        lend: &mut Lend<'_>,
+        packing: &Packing<'_>,
+    ) -> Result<(), RenderError> {
+        packing.check(&self.gpu, worlds.len())?;
+        batches.begin();
+        let mut views = WorldViews::default();
+        for (world, plan) in worlds.iter().enumerate() {
+            lend(world, &mut |frame| {
+                // A single view always has room for its shadows.
+                views.add(frame, std::slice::from_ref(plan));
+                Ok(())
+            })?;
+        }
+        views.encode(self, batches, lend, |renderer, batches, encoded, views| {
+            let places: Vec<usize> = views.into_iter().map(|(world, _)| world).collect();
+            renderer.pack_batch(batches, encoded, &places, packing)
+        })?;
+        batches.end();
+        self.gpu.poll(wgpu::PollType::wait_indefinitely());
+        self.gpu.check()
     }
 }

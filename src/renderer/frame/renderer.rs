@@ -10,6 +10,7 @@ use crate::renderer::gpu::cpu_rasterizer::CpuRasterizer;
 use crate::renderer::gpu::device::Gpu;
 use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::timestamps::{PassTime, Timestamps};
+use crate::renderer::passes::pack::Packer;
 use crate::renderer::passes::pass::Shadows;
 use crate::renderer::passes::pipelines::{MissingPipelines, Pipelines};
 use crate::renderer::passes::targets::SceneColorCopy;
@@ -45,6 +46,8 @@ pub struct Renderer {
     /// Enabled by [`Self::time_passes`], on devices that have timestamp queries.
     pub(super) timestamps: Option<Timestamps>,
     pub(super) cpu_rasterizer: CpuRasterizer,
+    /// Made when views are first packed.
+    pub(super) packer: Option<Packer>,
 }
 
 impl Renderer {
@@ -78,6 +81,7 @@ impl Renderer {
             stats: RenderStats::default(),
             timestamps: None,
             cpu_rasterizer: CpuRasterizer::new(&gpu.adapter),
+            packer: None,
             pipelines,
             gpu: gpu.clone(),
         }

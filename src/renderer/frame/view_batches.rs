@@ -22,6 +22,7 @@ use crate::renderer::gpu::formats::PICTURE_FORMAT;
 use crate::renderer::gpu::readback::{Pending, Readback, Source};
 use crate::renderer::gpu::texture::layer_view;
 use crate::renderer::passes::attachments::color_attachment;
+use crate::renderer::passes::pack::{Packer, Packing};
 use crate::renderer::passes::pipelines::{Pipelines, ToneMapSource};
 use crate::renderer::plan::output_set::OutputSet;
 use crate::renderer::plan::view_plan::ViewPlan;
@@ -45,6 +46,14 @@ const MOST_PENDING: u64 = 256 << 20;
 pub struct ViewBatches {
     batches: Vec<ViewBatch>,
     readback: Readback,
+}
+
+/// A batch whose views are encoded, and not submitted yet.
+pub(super) struct EncodedBatch {
+    encoder: wgpu::CommandEncoder,
+    key: ViewBatchKey,
+    /// Number of its views.
+    count: usize,
 }
 
 /// A batch that was submitted, and is not read yet.
@@ -125,6 +134,13 @@ impl ViewBatches {
     /// After the last one: what has had no view for long gives its memory back.
     pub(super) fn end(&mut self) {
         self.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+    }
+
+    /// The textures of a kind's batch, and the states of its first views.
+    fn drawn(&self, key: ViewBatchKey, count: usize) -> Result<(&LayerTextures, &[ViewState]), RenderError> {
+        let found = self.batches.iter().find(|batch| batch.key == key);
+        let parts = found.and_then(|batch| batch.textures.as_ref().zip(batch.states.get(..count)));
+        parts.ok_or_else(|| RenderError::Refused { reason: "no textures for views".into() })
     }
 
     /// The batch of a kind, which is made where there is none.
@@ -208,9 +224,10 @@ impl Renderer {
                 rest = later;
                 let mut views =
                     Some(now.iter().map(|&i| (plans[i].clone(), only.get(drawn.asked[i]).cloned())).collect());
-                let batch = self.draw_batch(batches, key, now.len(), &mut |batch| {
+                let encoded = self.encode_batch(batches, key, now.len(), &mut |batch| {
                     batch.encode(frame, views.take().unwrap_or_default())
                 })?;
+                let batch = self.submit_batch(batches, encoded)?;
                 submitted.push(self, batches, (batch, now.to_vec()), |i, outputs| results[i] = Some(outputs));
             }
         }
@@ -220,23 +237,22 @@ impl Renderer {
         Ok(drawn.join(results.into_iter().flatten().collect()))
     }
 
-    /// Draws so many views of a kind, which `encode` encodes. They are waited for by [`Self::read_batch`].
-    pub(super) fn draw_batch(
+    /// Draws so many views of a kind, which `encode` encodes.
+    pub(super) fn encode_batch(
         &mut self,
         batches: &mut ViewBatches,
         key: ViewBatchKey,
         count: usize,
         encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
-    ) -> Result<DrawnBatch, RenderError> {
+    ) -> Result<EncodedBatch, RenderError> {
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         if key.size.0.max(key.size.1) > limit {
             let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
             return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
         }
         batches.batch(key).fit(&self.gpu, &self.pipelines, count)?;
-        let ViewBatches { batches, readback } = batches;
         let Some(ViewBatch { states, textures: Some(textures), .. }) =
-            batches.iter_mut().find(|batch| batch.key == key)
+            batches.batches.iter_mut().find(|batch| batch.key == key)
         else {
             return Err(RenderError::Refused { reason: "no textures for views".into() });
         };
@@ -256,19 +272,33 @@ impl Renderer {
             self.encode_tone_map_of_layers(&mut encoder, textures, key, count as u32, &pictures[0], states);
         }
         self.finish_timestamps(&mut encoder);
-        Ok(self.submit_batch(readback, encoder, textures, key, states))
+        Ok(EncodedBatch { encoder, key, count })
     }
 
-    /// Submits a batch, and copies of what its views have drawn.
-    fn submit_batch(
+    /// Submits a batch, and behind it a pass that packs what its views have drawn into arrays. `places`: of its views
+    /// among those of the arrays.
+    pub(super) fn pack_batch(
+        &mut self,
+        batches: &ViewBatches,
+        EncodedBatch { mut encoder, key, count }: EncodedBatch,
+        places: &[usize],
+        packing: &Packing<'_>,
+    ) -> Result<(), RenderError> {
+        let (textures, states) = batches.drawn(key, count)?;
+        let views = states.iter().zip(places).map(|(state, &place)| (state.view_from_clip, place));
+        let packer = self.packer.get_or_insert_with(|| Packer::new(&self.gpu.device));
+        packer.encode(&self.gpu, &mut encoder, &textures.packed(key), views, packing);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Submits a batch, and copies of what its views have drawn, which [`Self::read_batch`] waits for.
+    pub(super) fn submit_batch(
         &self,
-        readback: &mut Readback,
-        mut encoder: wgpu::CommandEncoder,
-        textures: &LayerTextures,
-        key: ViewBatchKey,
-        states: &[ViewState],
-    ) -> DrawnBatch {
-        let count = states.len();
+        batches: &mut ViewBatches,
+        EncodedBatch { mut encoder, key, count }: EncodedBatch,
+    ) -> Result<DrawnBatch, RenderError> {
+        let (textures, states) = batches.drawn(key, count)?;
         let resolved: Vec<_> = states
             .iter()
             .filter(|_| key.outputs.linear && key.samples > 1)
@@ -298,7 +328,8 @@ impl Renderer {
             id: textures.id.as_ref().map(|texture| add(vec![layers(texture)])),
         };
         let view_from_clip = states.iter().map(|state| state.view_from_clip).collect();
-        DrawnBatch { pending: readback.submit(&self.gpu, encoder, sources), key, first, view_from_clip }
+        let pending = batches.readback.submit(&self.gpu, encoder, sources);
+        Ok(DrawnBatch { pending, key, first, view_from_clip })
     }
 
     /// Waits for a batch, and reads what its views have drawn.

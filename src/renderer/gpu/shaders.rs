@@ -52,11 +52,14 @@ pub const PYRAMID: &str = shader!("pyramid.wgsl");
 /// Records into a table.
 pub const SCATTER: &str = shader!("scatter.wgsl");
 
+/// Packing of what views show into arrays.
+pub const PACK: &str = shader!("pack.wgsl");
+
 /// HDR to screen.
 pub const TONE_MAP: &str = shader!("tone.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 10] = [
+pub const ALL: [(&str, &str); 11] = [
     ("forward", FORWARD),
     ("forward with shadow maps", FORWARD_SHADOWED),
     ("forward with traced shadows", FORWARD_TRACED),
@@ -66,6 +69,7 @@ pub const ALL: [(&str, &str); 10] = [
     ("cells", CELLS),
     ("pyramid", PYRAMID),
     ("scatter", SCATTER),
+    ("pack", PACK),
     ("tonemap", TONE_MAP),
 ];
 
@@ -75,6 +79,7 @@ mod tests {
     use crate::renderer::culling::cull::Phase;
     use crate::renderer::culling::{cpu_culling, cull, pyramid};
     use crate::renderer::passes::emboss::EmbossPass;
+    use crate::renderer::passes::pack;
     use crate::renderer::passes::pass::{Attached, Pass};
     use crate::renderer::passes::pipelines::object_constants;
     use crate::renderer::plan::settings::{DebugView, HeatScale};
@@ -113,6 +118,7 @@ mod tests {
             number("PAGE_SLOTS", PAGE_SLOTS),
             number("ROW", cull::ROW),
             number("ROW", scatter::ROW),
+            number("ROW", pack::ROW),
             ("EARLY", Phase::Early.bit()),
             ("LATE", Phase::Late.bit()),
             number("SLICES", cull::SLICES),
@@ -182,7 +188,10 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 26] = [
+    const SHADERS_OWN: [(&str, &str); 29] = [
+        ("NOT_PACKED", "a value of the batch's record"),
+        ("COLOR_WORDS", "follows from the bytes of a colour"),
+        ("INFINITE", "the standard's bits of a float"),
         ("OUTLINE_AHEAD", "how outlines of portals look"),
         ("OUTLINE_HALF_WIDTH", "the same"),
         ("STEEPEST", "a bound of the look-up"),
@@ -297,6 +306,7 @@ mod tests {
             ("cull", CULL, "scatter", [PAGE_SLOTS, 1, 1]),
             ("cull", CULL, "finish", [cull::DRAWS_TOGETHER, 1, 1]),
             ("scatter", SCATTER, "scatter", [scatter::TEXELS_TOGETHER, 1, 1]),
+            ("pack", PACK, "pack", [pack::TOGETHER, 1, 1]),
             ("pyramid", PYRAMID, "from_single", [pyramid::SIDE, pyramid::SIDE, 1]),
             ("pyramid", PYRAMID, "from_multisampled", [pyramid::SIDE, pyramid::SIDE, 1]),
             ("pyramid", PYRAMID, "from_finer", [pyramid::SIDE, pyramid::SIDE, 1]),

@@ -5,6 +5,7 @@ pub(crate) mod cell_view;
 pub(crate) mod custom_passes;
 pub(crate) mod emboss;
 pub(crate) mod output_textures;
+pub(crate) mod pack;
 pub(crate) mod pass;
 pub(crate) mod pipelines;
 pub(crate) mod targets;

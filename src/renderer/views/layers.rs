@@ -5,6 +5,7 @@ use crate::renderer::gpu::error::RenderError;
 use crate::renderer::gpu::formats::{DEPTH_FORMAT, HDR_FORMAT, ID_FORMAT, NORMAL_FORMAT, PICTURE_FORMAT};
 use crate::renderer::gpu::texture::{layer_view, layered_texture};
 use crate::renderer::passes::output_textures::{OutputTexture, OutputTextures};
+use crate::renderer::passes::pack::{PICTURE_AS_STORED, PackedTextures, layers_view};
 use crate::renderer::passes::pipelines::{Pipelines, ToneMapSource};
 use crate::renderer::passes::targets::{Hdr, Targets};
 use crate::renderer::plan::output_set::OutputSet;
@@ -45,6 +46,24 @@ impl ViewBatchKey {
         let tall = u64::from(limits.max_texture_dimension_2d) / height.max(1);
         fit.min(tall.max(1)).min(u64::from(MOST_LAYERS.min(limits.max_texture_array_layers))) as usize
     }
+}
+
+/// Textures of pictures, whose bytes can be read as they are stored, too.
+fn pictures(
+    device: &wgpu::Device,
+    ((width, height), layers): ((u32, u32), u32),
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("pictures"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: PICTURE_FORMAT,
+        usage,
+        view_formats: &[PICTURE_AS_STORED],
+    })
 }
 
 /// The textures of a batch.
@@ -109,8 +128,8 @@ impl LayerTextures {
             hdr: Hdr::of_layers(device, pipelines.tone_map_layout(ToneMapSource::Layers), hdr),
             depth: texture("depth layers", DEPTH_FORMAT, bound),
             normal: key.outputs.normal.then(|| texture("normal layers", NORMAL_FORMAT, usage)),
-            id: key.outputs.id.then(|| texture("id layers", ID_FORMAT, usage)),
-            picture: layered_texture(device, "pictures", picture_size, PICTURE_FORMAT, 1, usage),
+            id: key.outputs.id.then(|| texture("id layers", ID_FORMAT, bound)),
+            picture: pictures(device, picture_size, bound),
         };
         let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
         match errors.into_iter().flatten().next() {
@@ -118,6 +137,17 @@ impl LayerTextures {
                 Err(RenderError::NoMemory { size: key.size.into(), samples: key.samples, reason: error.to_string() })
             }
             None => Ok(textures),
+        }
+    }
+
+    /// The textures that a pack pass reads of what views have drawn.
+    pub fn packed(&self, key: ViewBatchKey) -> PackedTextures {
+        let OutputSet { color, depth, .. } = key.outputs;
+        PackedTextures {
+            pictures: color.then(|| layers_view(&self.picture, Some(PICTURE_AS_STORED))),
+            depths: depth.then(|| layers_view(&self.depth, None)),
+            ids: self.id.as_ref().map(|ids| layers_view(ids, None)),
+            is_tall: key.samples == 1,
         }
     }
 

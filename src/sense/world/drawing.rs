@@ -60,7 +60,7 @@ impl Drawing {
         Ok(self.renderer()?.0.gpu())
     }
 
-    fn renderer(&mut self) -> Result<(&mut Renderer, &mut ViewBatches), RenderError> {
+    pub(super) fn renderer(&mut self) -> Result<(&mut Renderer, &mut ViewBatches), RenderError> {
         let renderer = match &mut self.renderer {
             Some(renderer) => renderer,
             none => {

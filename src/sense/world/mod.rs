@@ -4,5 +4,6 @@
 pub(crate) mod drawing;
 pub(crate) mod due;
 pub(crate) mod names;
+pub(crate) mod packed;
 pub(crate) mod sensors;
 pub(crate) mod suite;

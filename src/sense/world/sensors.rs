@@ -90,6 +90,14 @@ impl WorldSensors {
         Ok(Planned { due, plans, views })
     }
 
+    /// Plan of a camera's views; `None` of another sensor.
+    ///
+    /// # Errors
+    /// A camera that has no picture.
+    pub(super) fn plan_of(&mut self, settings: &Settings, due: &Due) -> Result<Option<CameraPlan>, RenderError> {
+        due.plan(settings, &mut self.lenses)
+    }
+
     /// Measures planned sensors by what their views drew; but for boxes, which [`Self::finish`] finds.
     pub(super) fn measure(
         &mut self,

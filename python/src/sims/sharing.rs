@@ -1,0 +1,39 @@
+//! Cameras of several worlds, drawn into memory of the graphics device that other interfaces import.
+
+use crate::captures::depth_steps::steps_of_scale;
+use crate::captures::shared::SharedPictures;
+use crate::given::arguments::required;
+use crate::sims::many::{steps_of, with_cameras};
+use crate::worlds::lending;
+use crate::worlds::world::World;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use relief::sense::Wanted;
+
+/// Draws what `capture` gives, or `look` where the cameras are not to be `due`, into memory of the graphics device; and
+/// where there are depths and a `scale`, steps of that, as `depth_steps`. Raises what these raise, and ValueError of
+/// cameras whose pictures are made on the CPU.
+#[pyfunction]
+#[pyo3(signature = (sims, sensor, due, *, scale=None))]
+pub fn share(
+    py: Python<'_>,
+    sims: &Bound<'_, PyAny>,
+    sensor: &Bound<'_, PyAny>,
+    due: bool,
+    scale: Option<PyReadonlyArray1<'_, f32>>,
+) -> PyResult<SharedPictures> {
+    let scale = scale.map_or(Ok(Vec::new()), |scale| steps_of_scale(&scale))?;
+    let ((layout, memory), steps) = with_cameras(py, sims, sensor, due, |mut cameras, looked_at| {
+        let wanted = looked_at.iter().map(|camera| Wanted::Look(camera));
+        let worlds = cameras.iter_mut().map(|world| &mut **world).zip(wanted).collect();
+        Ok((World::share_all(worlds, scale)?, steps_of(&cameras)))
+    })?;
+    Ok(SharedPictures::new(steps, layout, memory))
+}
+
+/// Sets how many bytes of the graphics device all shared pictures may take together.
+#[pyfunction]
+pub fn set_shared_memory_limit(bytes: &Bound<'_, PyAny>) -> PyResult<()> {
+    lending::set_most_bytes(required("bytes", bytes)?);
+    Ok(())
+}
