@@ -1,10 +1,12 @@
-//! Buffers of a Vulkan device whose memory other interfaces, such as CUDA, can import by a file descriptor.
+//! Buffers of a Vulkan device whose memory other interfaces, such as CUDA, can import by a file descriptor; and arrays in
+//! such memory, as libraries of Python hand them on ([`dlpack`]).
 //!
 //! The only crate of the workspace with unsafe code, behind functions that are safe to call. Memory is exported as
 //! `VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD` (Vulkan 1.3, 12.2.2 "External Memory Handle Types"), each buffer in an
 //! allocation of its own. On other systems than Linux this crate is empty.
 #![cfg(target_os = "linux")]
 
+pub mod dlpack;
 mod vulkan;
 
 use std::os::fd::OwnedFd;
@@ -54,9 +56,13 @@ impl SharedBuffer {
     /// A buffer of at least one byte, in memory of the device where there is such. Its bytes are undefined.
     ///
     /// # Errors
-    /// [`ShareError`]: the device or its driver cannot export memory, or has none left.
+    /// [`ShareError`]: the device or its driver cannot export memory, has none left, or allows no buffer so large.
     pub fn new(adapter: &wgpu::Adapter, device: &wgpu::Device, bytes: u64) -> Result<Self, ShareError> {
-        let (buffer, memory) = vulkan::exported_buffer(adapter, device, bytes.max(4).next_multiple_of(4))?;
+        let most = device.limits().max_buffer_size;
+        let bytes = bytes.max(4).checked_next_multiple_of(4).filter(|bytes| *bytes <= most).ok_or_else(|| {
+            ShareError::Failed { call: "vkCreateBuffer", reason: format!("{bytes} bytes; expected at most {most}") }
+        })?;
+        let (buffer, memory) = vulkan::exported_buffer(adapter, device, bytes)?;
         Ok(Self { buffer, memory })
     }
 

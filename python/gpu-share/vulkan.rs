@@ -106,7 +106,9 @@ pub fn exported_buffer(
         .usage(usages())
         .sharing_mode(vk::SharingMode::EXCLUSIVE)
         .push_next(&mut external);
-    // SAFETY: the device is alive, the size is not 0, and the kind of handle can be exported.
+    // SAFETY: the device is alive, the size is not 0 nor beyond the device's largest, and the kind of handle can be
+    // exported. Other interfaces read the memory after a wait for the last submission that writes it: then all of it is
+    // there, and a release to VK_QUEUE_FAMILY_EXTERNAL would order nothing more.
     let buffer = unsafe { raw.create_buffer(&info, None) }.map_err(failed("vkCreateBuffer"))?;
     let allocated = allocate(instance, physical, raw, buffer);
     let (memory, size) = allocated.inspect_err(|_| {

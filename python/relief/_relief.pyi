@@ -50,7 +50,14 @@ __all__ = [
 ]
 
 if sys.platform == "linux":
-    __all__ += ["SharedPictures", "set_shared_memory_limit", "share"]
+    __all__ += [
+        "SharedPictures",
+        "dlpack_capsule",
+        "set_shared_memory_limit",
+        "share",
+        "shared_memory_numbers",
+        "sharing_device",
+    ]
 
 _Path = Union[str, PathLike[str]]
 _Point = Union[Tuple[float, float, float], Sequence[float], NDArray[Any]]
@@ -971,7 +978,17 @@ if sys.platform == "linux":
         def steps(self) -> List[int]: ...
         def open_fd(self) -> int: ...
 
+    def dlpack_capsule(
+        address: int,
+        device: Tuple[int, int],
+        kind: Tuple[int, int],
+        shape: Sequence[int],
+        strides: Sequence[int],
+        owner: object,
+    ) -> object: ...
     def set_shared_memory_limit(bytes: int) -> None: ...
+    def shared_memory_numbers() -> List[int]: ...
+    def sharing_device() -> Tuple[bytes, str]: ...
     def share(
         sims: Sequence[Sim], sensor: str, due: bool, *, scale: Optional[NDArray[np.float32]] = None
     ) -> SharedPictures: ...

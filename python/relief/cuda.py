@@ -4,15 +4,17 @@
 of the processor. It needs Linux, a device that both Vulkan and CUDA know, and the package ``cuda-bindings``
 (``pip install '.[cuda]'``).
 
-A capture's memory is its own until all its arrays are gone; then a later capture draws into it. What is still being
-computed of them is waited for before. All captures together may take 4 GiB: `set_memory_limit`.
+A capture's memory is its own until all its arrays are gone; then a later capture draws into it, and waits before for all
+that the device still computes. All captures together may take 4 GiB: `set_memory_limit`.
 """
 
 from __future__ import annotations
 
 import collections
+import contextlib
 import importlib
 import os
+import threading
 import weakref
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -20,8 +22,12 @@ from typing import Any
 import numpy as np
 
 from relief import _relief
-from relief.dlpack import CUDA, capsule
 from relief.errors import GpuError
+
+#: The kind of device, and kinds of numbers by numpy's letters, as DLPack has them (dlpack.h, DLDeviceType and
+#: DLDataTypeCode).
+CUDA = 2
+_CODES = {"i": 0, "u": 1, "f": 2}
 
 __all__ = ["CudaArray", "CudaBatch", "set_memory_limit", "why_not"]
 
@@ -54,50 +60,61 @@ def _uuid(given: bytes) -> str:
     return "-".join((text[:8], text[8:12], text[12:16], text[16:20], text[20:]))
 
 
+@contextlib.contextmanager
+def _on(device: int) -> Iterator[None]:
+    """Calls of CUDA's runtime for a device; the thread's own is current again behind them."""
+    before = _call("cudaGetDevice")
+    _call("cudaSetDevice", device)
+    try:
+        yield
+    finally:
+        _call("cudaSetDevice", before)
+
+
 class _Memory:
     """Memory of the graphics device, as CUDA has it."""
 
     def __init__(self, shared: _relief.SharedPictures) -> None:
-        self.device = _device_of(shared)
-        _call("cudaSetDevice", self.device)
-        runtime = _runtime()
-        handle = runtime.cudaExternalMemoryHandleDesc()
-        handle.type = runtime.cudaExternalMemoryHandleType.cudaExternalMemoryHandleTypeOpaqueFd
-        handle.size, handle.flags = shared.memory_bytes, runtime.cudaExternalMemoryDedicated
-        fd = shared.open_fd()
-        try:
-            handle.handle.fd = fd
-            self._memory = _call("cudaImportExternalMemory", handle)
-        except BaseException:
-            # CUDA owns what it has imported, and nothing else.
-            os.close(fd)
-            raise
-        wanted = runtime.cudaExternalMemoryBufferDesc()
-        wanted.offset, wanted.size, wanted.flags = 0, shared.memory_bytes, 0
-        try:
-            self.pointer = int(_call("cudaExternalMemoryGetMappedBuffer", self._memory, wanted))
-        except BaseException:
-            _call("cudaDestroyExternalMemory", self._memory)
-            raise
+        self.device = _device_of(shared.device_uuid, shared.device_name)
+        with _on(self.device):
+            runtime = _runtime()
+            handle = runtime.cudaExternalMemoryHandleDesc()
+            handle.type = runtime.cudaExternalMemoryHandleType.cudaExternalMemoryHandleTypeOpaqueFd
+            handle.size, handle.flags = shared.memory_bytes, runtime.cudaExternalMemoryDedicated
+            handle.handle.fd = fd = shared.open_fd()
+            try:
+                self._memory = _call("cudaImportExternalMemory", handle)
+            except GpuError:
+                # CUDA owns what it has imported, and nothing else.
+                os.close(fd)
+                raise
+            wanted = runtime.cudaExternalMemoryBufferDesc()
+            wanted.offset, wanted.size, wanted.flags = 0, shared.memory_bytes, 0
+            try:
+                self.pointer = int(_call("cudaExternalMemoryGetMappedBuffer", self._memory, wanted))
+            except GpuError:
+                _runtime().cudaDestroyExternalMemory(self._memory)
+                raise
 
     def close(self) -> None:
         """Gives the memory up, once nothing computes with it."""
-        _call("cudaFree", self.pointer)
-        _call("cudaDestroyExternalMemory", self._memory)
+        with _on(self.device):
+            _call("cudaFree", self.pointer)
+            _call("cudaDestroyExternalMemory", self._memory)
 
 
-#: Imported memory by its number, the one used last at the end; and CUDA's devices by the UUIDs of Vulkan's.
-_imported: collections.OrderedDict[int, _Memory] = collections.OrderedDict()
+#: Held by whoever changes what follows, but for `_dropped`.
+_lock = threading.Lock()
+#: Imported memory by its number, and CUDA's devices by the UUIDs of Vulkan's.
+_imported: dict[int, _Memory] = {}
 _devices: dict[bytes, int] = {}
-#: Pictures that are no array any more, each with events of CUDA that come after all that was computed of them.
-_returning: collections.deque[tuple[_relief.SharedPictures, list[Any]]] = collections.deque()
-#: Imported memory that is kept beyond that of the last captures.
-_MOST_IMPORTED = 64
+#: Pictures of which there is no array any more; and CUDA's device, where something may still compute with them.
+#: Finalizers add to it, in any thread and at any time.
+_dropped: collections.deque[tuple[_relief.SharedPictures, int | None]] = collections.deque()
 
 
-def _device_of(shared: _relief.SharedPictures) -> int:
+def _device_of(uuid: bytes, name: str) -> int:
     """The number of CUDA's device that Vulkan draws with. Raises GpuError."""
-    uuid = bytes(shared.device_uuid)
     if uuid not in _devices:
         known = []
         for number in range(_call("cudaGetDeviceCount")):
@@ -111,59 +128,63 @@ def _device_of(shared: _relief.SharedPictures) -> int:
             hidden = os.environ.get("CUDA_VISIBLE_DEVICES")
             seen = f"; CUDA_VISIBLE_DEVICES is {hidden!r}" if hidden is not None else ""
             raise GpuError(
-                f"pictures are drawn by {shared.device_name} ({_uuid(uuid)}), which is none of CUDA's devices: "
+                f"pictures are drawn by {name} ({_uuid(uuid)}), which is none of CUDA's devices: "
                 f"{', '.join(known) or 'none'}{seen}"
             )
     return _devices[uuid]
 
 
-def _memory_of(shared: _relief.SharedPictures) -> _Memory:
-    own = _imported.pop(shared.memory, None) or _Memory(shared)
-    _imported[shared.memory] = own
-    return own
+def _free_dropped() -> None:
+    """Lets captures have the memory of pictures that are dropped, once all that CUDA computes has come to its end."""
+    dropped = [_dropped.popleft() for _ in range(len(_dropped))]
+    try:
+        for device in {device for _, device in dropped if device is not None}:
+            with _on(device):
+                _call("cudaDeviceSynchronize")
+    except BaseException:
+        # It may still be computed with.
+        _dropped.extend(dropped)
+        raise
 
 
-def _tidy() -> None:
-    """Lets later captures have the memory of pictures that nothing is computed of any more."""
-    for _ in range(len(_returning)):
-        shared, events = _returning.popleft()
-        if all(int(_runtime().cudaEventQuery(event)[0]) == 0 for event in events):
-            for event in events:
-                _call("cudaEventDestroy", event)
-        else:
-            _returning.append((shared, events))
-    held = {shared.memory for shared, _ in _returning} | {number for number, count in _lent.items() if count}
-    for number in [number for number in _imported if number not in held][: max(len(_imported) - _MOST_IMPORTED, 0)]:
+def _close_unused() -> bool:
+    """Gives up imported memory that captures do not use again. Returns whether there was any."""
+    unused = _imported.keys() - set(_relief.shared_memory_numbers())
+    for number in unused:
         _imported.pop(number).close()
+    return bool(unused)
 
 
-#: Whether ``device="auto"`` is CUDA's here; ``None``: not tried yet.
-_automatic: bool | None = None
-#: How many leases of imported memory there are, by its number.
-_lent: collections.Counter[int] = collections.Counter()
+def _capture(sims: Sequence[_relief.Sim], sensor: str, due: bool, scale: np.ndarray | None) -> CudaBatch:
+    with _lock:
+        _free_dropped()
+        _close_unused()
+        try:
+            shared = _relief.share(sims, sensor, due, scale=scale)
+        except GpuError:
+            # What Vulkan has given up for want of memory takes memory as long as CUDA has it.
+            if not _close_unused():
+                raise
+            shared = _relief.share(sims, sensor, due, scale=scale)
+        _close_unused()
+        if shared.memory not in _imported:
+            _imported[shared.memory] = _Memory(shared)
+        return CudaBatch(shared, _Lease(shared, _imported[shared.memory]))
 
 
 class _Lease:
-    """Pictures while arrays of them are about: what they are computed with is waited for before they are others'."""
+    """Pictures while arrays of them are about."""
 
-    def __init__(self, shared: _relief.SharedPictures) -> None:
-        self.memory = _memory_of(shared)
-        self.streams: set[int] = set()
-        _lent[shared.memory] += 1
+    def __init__(self, shared: _relief.SharedPictures, memory: _Memory) -> None:
+        self.memory = memory
+        #: Whether something has taken an array, to compute with it.
+        self.is_used = [False]
         # A process that ends gives everything back by itself.
-        weakref.finalize(self, _Lease._give_back, shared, self.memory.device, self.streams).atexit = False
+        weakref.finalize(self, _Lease._drop, shared, memory.device, self.is_used).atexit = False
 
     @staticmethod
-    def _give_back(shared: _relief.SharedPictures, device: int, streams: set[int]) -> None:
-        _lent[shared.memory] -= 1
-        events = []
-        if streams:
-            _call("cudaSetDevice", device)
-        for stream in streams:
-            event = _call("cudaEventCreateWithFlags", _runtime().cudaEventDisableTiming)
-            _call("cudaEventRecord", event, stream)
-            events.append(event)
-        _returning.append((shared, events))
+    def _drop(shared: _relief.SharedPictures, device: int, is_used: list[bool]) -> None:
+        _dropped.append((shared, device if is_used[0] else None))
 
 
 class CudaArray:
@@ -185,8 +206,7 @@ class CudaArray:
 
     @property
     def __cuda_array_interface__(self) -> dict[str, Any]:
-        # Whoever takes it so does not tell its stream: the default one waits for all others that block.
-        self._lease.streams.add(1)
+        self._lease.is_used[0] = True
         return {
             "shape": self.shape,
             "strides": self._strides,
@@ -203,9 +223,14 @@ class CudaArray:
         wanted = others.get("dl_device")
         if wanted not in (None, self.__dlpack_device__()):
             raise BufferError(f"expected device {self.__dlpack_device__()}, found {wanted}")
-        # 1 is the default stream, of which None says the same; -1: none is known.
-        self._lease.streams.add(1 if stream in (None, -1) else int(stream))
-        return capsule(self.pointer, self.shape, self._strides, self._typestr, self.__dlpack_device__(), self._lease)
+        if stream == 0:
+            raise BufferError("expected a stream of CUDA, found 0, which names none (array API, __dlpack__)")
+        self._lease.is_used[0] = True
+        size = int(self._typestr[2:])
+        kind, strides = (_CODES[self._typestr[1]], 8 * size), [stride // size for stride in self._strides]
+        return _relief.dlpack_capsule(
+            self.pointer, self.__dlpack_device__(), kind, list(self.shape), strides, self._lease
+        )
 
     def __dlpack_device__(self) -> tuple[int, int]:
         return CUDA, self.device
@@ -220,7 +245,9 @@ class CudaArray:
         return importlib.import_module("torch").from_dlpack(self)
 
     def jax(self) -> Any:
-        """As an array of JAX."""
+        """As an array of JAX. Raises BufferError where worlds lie apart."""
+        if self.shape[0] > 1 and self._strides[0] != self._strides[1] * self.shape[1]:
+            raise BufferError("JAX takes arrays without gaps: expected a height and width whose product is a multiple of 4")
         return importlib.import_module("jax.dlpack").from_dlpack(self)
 
     def cupy(self) -> Any:
@@ -236,8 +263,7 @@ class CudaBatch:
     their first axis: ``color`` uint8 (N, H, W, 3), ``depth`` float32 (N, H, W) in metres, ``instance`` and ``part`` int32
     (N, H, W), ``class`` uint8 (N, H, W); of environments with depths ``depth_steps`` uint8 (N, H, W). Where H · W is no multiple of 4, worlds lie some pixels apart."""
 
-    def __init__(self, shared: _relief.SharedPictures) -> None:
-        lease = _Lease(shared)
+    def __init__(self, shared: _relief.SharedPictures, lease: _Lease) -> None:
         self._arrays = {
             name: CudaArray(lease, typestr, shape, strides, offset)
             for name, typestr, shape, strides, offset in shared.arrays
@@ -285,12 +311,18 @@ class CudaBatch:
 
 
 def why_not() -> str | None:
-    """Reason why there are no arrays of CUDA here; ``None`` where there are. It opens CUDA's runtime, and draws
-    nothing: whether Vulkan draws with a device of CUDA's the first capture tells."""
+    """Reason why there are no arrays of CUDA here; ``None`` where there are. Opens the graphics device and CUDA's
+    runtime."""
+    reason = _lacking()
+    if reason is not None:
+        return reason
     try:
-        return _lacking() or (None if _call("cudaGetDeviceCount") else "CUDA has no device")
+        uuid, name = _relief.sharing_device()
+        with _lock:
+            _device_of(uuid, name)
     except GpuError as error:
         return str(error)
+    return None
 
 
 def _lacking() -> str | None:
@@ -306,29 +338,27 @@ def set_memory_limit(size: int) -> None:
     _relief.set_shared_memory_limit(size)
 
 
+#: Whether ``device="auto"`` is CUDA's here; ``None``: not looked yet.
+_automatic: bool | None = None
+
+
 def pictures(
     sims: Sequence[_relief.Sim], sensor: str, device: str, *, due: bool = True, scale: np.ndarray | None = None
 ) -> Any:
     """What `relief.capture` gives with another device than ``"cpu"``, or, not ``due``, `relief.look`. ``scale``: at most
     253 positive depths, float32, ascending; there is an array ``depth_steps`` then, by the rule of
     `relief.envs.tasks.log_depth`, if the camera has depths and the arrays are CUDA's."""
-    if device not in ("cuda", "auto"):
-        raise ValueError(f"device: expected 'cpu', 'cuda' or 'auto', found {device!r}")
     global _automatic
-    if device == "cuda" or _automatic is not False:
-        reason = why_not()
-        if reason is not None and device == "cuda":
-            raise GpuError(reason)
-        try:
-            if reason is None:
-                _tidy()
-                batch = CudaBatch(_relief.share(sims, sensor, due, scale=scale))
-                _automatic = True
-                return batch
-        except GpuError:
-            # What went well once is a fault now, and not a reason to do without.
-            if device == "cuda" or _automatic:
-                raise
-        _automatic = False
-    draw = _relief.capture if due else _relief.look
-    return draw(sims, sensor)
+    if device == "auto":
+        if _automatic is None:
+            _automatic = why_not() is None
+        if not _automatic:
+            draw = _relief.capture if due else _relief.look
+            return draw(sims, sensor)
+    elif device != "cuda":
+        raise ValueError(f"device: expected 'cpu', 'cuda' or 'auto', found {device!r}")
+    reason = _lacking()
+    if reason is not None:
+        raise GpuError(reason)
+    _runtime()
+    return _capture(sims, sensor, due, scale)

@@ -80,7 +80,7 @@ mod _relief {
     use crate::sims::roads::Route;
     #[cfg(target_os = "linux")]
     #[pymodule_export]
-    use crate::sims::sharing::{set_shared_memory_limit, share};
+    use crate::sims::sharing::{dlpack_capsule, set_shared_memory_limit, share, shared_memory_numbers, sharing_device};
     #[pymodule_export]
     use crate::sims::sim::{Recording, Sim};
 

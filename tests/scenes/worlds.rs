@@ -166,7 +166,12 @@ fn arrays_on_the_device_are_those_of_captures() {
         for (view, capture) in (0..).zip(&expected) {
             let SensorData::Camera(camera) = &capture[name].data else { panic!("{name} is a camera") };
             assert_eq!(array(PackedArray::Color, view), camera.color.as_flattened(), "{name} {view}");
-            assert_eq!(array(PackedArray::Depth, view), bytemuck::cast_slice::<_, u8>(&camera.depth), "{name} {view}");
+            let depth = array(PackedArray::Depth, view);
+            let depth = depth.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
+            // A multiplication, a sum and a division, of which drivers may round the last by 2.5 units in the last place.
+            let is_near =
+                |(own, packed): (&f32, f32)| *own == packed || (own - packed).abs() <= 4.0 * f32::EPSILON * own;
+            assert!(camera.depth.iter().zip(depth).all(is_near), "{name} {view}");
             let ids = [(PackedArray::Instance, &camera.instance), (PackedArray::Part, &camera.part)];
             for (packed, own) in ids {
                 assert_eq!(array(packed, view), bytemuck::cast_slice::<_, u8>(own), "{packed:?} of {name} {view}");

@@ -4,10 +4,12 @@ use crate::captures::depth_steps::steps_of_scale;
 use crate::captures::shared::SharedPictures;
 use crate::given::arguments::required;
 use crate::sims::many::{steps_of, with_cameras};
-use crate::worlds::lending;
 use crate::worlds::world::World;
+use crate::worlds::{device, lending};
+use gpu_share::dlpack;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyCapsule};
 use relief::sense::Wanted;
 
 /// Draws what `capture` gives, or `look` where the cameras are not to be `due`, into memory of the graphics device; and
@@ -36,4 +38,35 @@ pub fn share(
 pub fn set_shared_memory_limit(bytes: &Bound<'_, PyAny>) -> PyResult<()> {
     lending::set_most_bytes(required("bytes", bytes)?);
     Ok(())
+}
+
+/// Numbers of the memory that captures have, or could use again.
+#[pyfunction]
+pub fn shared_memory_numbers() -> Vec<u64> {
+    lending::numbers()
+}
+
+/// UUID, 16 bytes, and name of the graphics device. Opens it if nothing has. Raises GpuError where its memory cannot be
+/// shared, ForkedError.
+#[pyfunction]
+pub fn sharing_device(py: Python<'_>) -> PyResult<(Bound<'_, PyBytes>, String)> {
+    let found = py.detach(|| device::with_drawing(|drawing| Ok(lending::device(drawing.open()?))))?;
+    let (uuid, name) = found?;
+    Ok((PyBytes::new(py, &uuid), name))
+}
+
+/// A capsule of DLPack: `address` in memory of a `device`, its kind and number; `kind`: code and bits of a number;
+/// `shape`, and `strides` in numbers. Holds `owner`.
+#[pyfunction]
+pub fn dlpack_capsule<'py>(
+    py: Python<'py>,
+    address: u64,
+    device: (i32, i32),
+    kind: (u8, u8),
+    shape: Vec<i64>,
+    strides: Vec<i64>,
+    owner: Py<PyAny>,
+) -> PyResult<Bound<'py, PyCapsule>> {
+    let (code, bits) = kind;
+    dlpack::capsule(py, dlpack::Array { address, device, code, bits, shape, strides }, owner)
 }

@@ -35,6 +35,17 @@ pub fn set_most_bytes(bytes: u64) {
     MOST_BYTES.store(bytes, Ordering::Relaxed);
 }
 
+/// UUID and name of a device that can share its memory.
+pub fn device(gpu: &Gpu) -> Outcome<([u8; 16], String)> {
+    SharedBuffer::new(&gpu.adapter, &gpu.device, 4)?;
+    Ok((device_uuid(&gpu.adapter)?, gpu.name()))
+}
+
+/// Numbers of all buffers that are lent, or could be: what is imported of others is of no more use.
+pub fn numbers() -> Vec<u64> {
+    BUFFERS.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|own| own.number).collect()
+}
+
 /// Lends a buffer of at least so many bytes. It is nobody else's as long as it is held.
 pub fn lend(gpu: &Gpu, bytes: u64) -> Outcome<Arc<Lent>> {
     static NUMBERS: AtomicU64 = AtomicU64::new(1);
@@ -61,8 +72,14 @@ pub fn lend(gpu: &Gpu, bytes: u64) -> Outcome<Arc<Lent>> {
              MiB of the device: let go of arrays, copy what is to be kept, or call relief.cuda.set_memory_limit"
         )));
     }
+    let new = || SharedBuffer::new(&gpu.adapter, &gpu.device, bytes);
+    let buffer = new().or_else(|_| {
+        // Memory may be what lacks.
+        buffers.retain(|own| !is_free(own));
+        new()
+    })?;
     let lent = Arc::new(Lent {
-        buffer: SharedBuffer::new(&gpu.adapter, &gpu.device, bytes)?,
+        buffer,
         number: NUMBERS.fetch_add(1, Ordering::Relaxed),
         device: (device_uuid(&gpu.adapter)?, gpu.name()),
         owner: gpu.device.clone(),

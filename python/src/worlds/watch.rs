@@ -36,21 +36,30 @@ impl Watch {
 
     /// Notes a capture, or a look at the state at hand.
     pub fn note(&mut self, world: &World, capture: &Capture) {
+        self.note_sensors(world, capture.step, &capture.sensors);
+    }
+
+    /// Notes a look at sensors, of which none takes one of the time before.
+    pub fn note_look(&mut self, world: &World) {
+        self.note_sensors(world, world.resource::<Clock>().step, &[]);
+    }
+
+    fn note_sensors(&mut self, world: &World, step: u64, sensors: &[SensorCapture]) {
         let restored = world.get_resource::<Restored>().copied().unwrap_or_default();
         if std::mem::replace(&mut self.restored, restored) != restored {
             self.forget();
-            self.since = capture.step;
+            self.since = step;
         }
         let step_seconds = world.resource::<Clock>().step_seconds;
-        for SensorCapture { entity, name, .. } in &capture.sensors {
-            let Some(sensor) = world.get::<Sensor>(*entity).filter(|sensor| sensor.is_due(capture.step)) else {
+        for SensorCapture { entity, name, .. } in sensors {
+            let Some(sensor) = world.get::<Sensor>(*entity).filter(|sensor| sensor.is_due(step)) else {
                 continue;
             };
-            let last = self.known.insert(*entity, capture.step).unwrap_or(self.since);
-            let missed = capture.step.checked_sub(sensor.every.into()).filter(|before| *before > last);
+            let last = self.known.insert(*entity, step).unwrap_or(self.since);
+            let missed = step.checked_sub(sensor.every.into()).filter(|before| *before > last);
             let Some((before, lack)) = missed.zip(Lack::of(sensor, step_seconds)) else { continue };
             if self.told.insert(name.clone()) {
-                let (words, steps) = (lack.words(), capture.step - last);
+                let (words, steps) = (lack.words(), step - last);
                 self.warnings.push(format!(
                     "sensor {name:?} was not captured after step {before}, when it was due: {words}; capture after \
                      each step at which it is due, or mount it with every={steps}"
@@ -58,9 +67,9 @@ impl Watch {
             }
         }
         let Some(mut sensors) = world.try_query::<(Entity, &Sensor)>() else { return };
-        for (entity, sensor) in sensors.iter(world).filter(|(_, sensor)| sensor.is_due(capture.step)) {
+        for (entity, sensor) in sensors.iter(world).filter(|(_, sensor)| sensor.is_due(step)) {
             if Lack::of(sensor, step_seconds).is_some_and(Lack::is_made_up_by_any_capture) {
-                self.known.insert(entity, capture.step);
+                self.known.insert(entity, step);
             }
         }
     }

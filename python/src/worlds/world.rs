@@ -243,22 +243,29 @@ impl World {
         ((&mut world.session.simulation, &mut world.sensors, wanted), &mut world.watch)
     }
 
-    /// Captures a camera of each of several worlds into memory of the graphics device. `scale`: of steps of depths.
+    /// Captures a camera of each of several worlds into memory of the graphics device. `scale`: of steps of depths. Their
+    /// watches note it.
     #[cfg(target_os = "linux")]
     pub fn share_all<'a>(
         worlds: Vec<(&'a mut Self, Wanted<'a>)>,
         scale: Vec<f32>,
     ) -> Outcome<(PackedLayout, Arc<Lent>)> {
-        let mut worlds: Vec<Captured<'a>> = worlds.into_iter().map(|own| Self::captured(own).0).collect();
-        device::with_drawing(|drawing| {
+        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(Self::captured).unzip();
+        let shared = device::with_drawing(|drawing| {
             let plan = drawing.plan_pack(&Settings::default(), &mut worlds, scale)?;
-            let lent = lending::lend(drawing.open()?, plan.layout().bytes);
+            let gpu = drawing.open()?;
+            plan.layout().check(&gpu.device)?;
+            let lent = lending::lend(gpu, plan.layout().bytes);
             let shared = lent.map(|lent| {
                 drawing.pack(&mut worlds, &plan, lent.buffer.buffer())?;
                 Ok((plan.layout().clone(), lent))
             });
             shared.map_or_else(|failure| Ok(Err(failure)), |shared| shared.map(Ok))
-        })?
+        })??;
+        for ((simulation, ..), watch) in worlds.iter().zip(watches) {
+            watch.note_look(&simulation.world);
+        }
+        Ok(shared)
     }
 
     /// Captures sensors of several worlds, in one submission. Their watches note it.

@@ -31,15 +31,16 @@ pub struct Packing<'a> {
 }
 
 impl Packing<'_> {
-    /// Checks that the buffer has room, and that so many views are in its arrays.
+    /// Checks that the buffer has room, that the device can bind what of it is written, and that so many views are in the
+    /// arrays.
     ///
     /// # Errors
     /// [`RenderError::TooLarge`].
     pub(crate) fn check(&self, gpu: &Gpu, views: usize) -> Result<(), RenderError> {
         let too_large = |what, unit, needed, limit| Err(RenderError::TooLarge { what, unit, needed, limit });
-        let limit = self.target.size().min(gpu.device.limits().max_storage_buffer_binding_size);
-        if self.layout.bytes > limit {
-            return too_large("the arrays of all views", "bytes", self.layout.bytes, limit);
+        self.layout.check(&gpu.device)?;
+        if self.layout.bytes > self.target.size() {
+            return too_large("the arrays of all views", "bytes", self.layout.bytes, self.target.size());
         }
         if views > self.layout.views {
             return too_large("the views of a capture", "views", views as u64, self.layout.views as u64);
@@ -202,6 +203,9 @@ impl Packer {
         let scale = if scale.is_empty() { &[f32::INFINITY] } else { *scale };
         let scale = buffer("depth scale", bytemuck::cast_slice(scale), wgpu::BufferUsages::STORAGE);
         let [no_pictures, no_depths, no_ids] = &self.nothing;
+        // Of a larger buffer no more than that may be bound.
+        let size = std::num::NonZero::new(layout.bytes.next_multiple_of(4));
+        let written = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: target, offset: 0, size });
         let resources = [
             batch.as_entire_binding(),
             records.as_entire_binding(),
@@ -209,7 +213,7 @@ impl Packer {
             wgpu::BindingResource::TextureView(textures.pictures.as_ref().unwrap_or(no_pictures)),
             wgpu::BindingResource::TextureView(textures.depths.as_ref().unwrap_or(no_depths)),
             wgpu::BindingResource::TextureView(textures.ids.as_ref().unwrap_or(no_ids)),
-            target.as_entire_binding(),
+            written,
             scale.as_entire_binding(),
         ];
         let entries: Vec<_> =

@@ -1,5 +1,7 @@
 //! The layout of arrays that a pack pass writes: what views show, view after view, in one buffer.
 
+use crate::renderer::gpu::error::RenderError;
+
 /// An array of a value per pixel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PackedArray {
@@ -67,6 +69,18 @@ impl PackedLayout {
             layout.bytes += (layout.view_bytes(array) * views as u64).next_multiple_of(ALIGNMENT);
         }
         layout
+    }
+
+    /// Checks that a device can bind all arrays at once.
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`].
+    pub fn check(&self, device: &wgpu::Device) -> Result<(), RenderError> {
+        let limit = device.limits().max_storage_buffer_binding_size;
+        if self.bytes <= limit {
+            return Ok(());
+        }
+        Err(RenderError::TooLarge { what: "the arrays of all views", unit: "bytes", needed: self.bytes, limit })
     }
 
     /// Threads that pack a view: one for four pixels.
