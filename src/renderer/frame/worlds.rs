@@ -113,10 +113,6 @@ impl RestingWorlds {
         uploads: &mut WorldUploads,
         assets: &mut Assets,
     ) {
-        let layout = assets.textures.layout.clone();
-        let fresh = || Assets::new(gpu, Textures::with_layout(layout.clone()));
-        let resting = std::mem::replace(assets, fresh());
-        self.assets.insert(self.current, resting);
         let mut woken = self.worlds.remove(&frame.list.world);
         uploads.assets = self.current;
         let is_shared = |number: u64| {
@@ -126,9 +122,11 @@ impl RestingWorlds {
         let is_as_left = |number: u64, assets: &Assets| {
             assets.are_of(frame) || !is_shared(number) && assets.noted_by == frame.list.world
         };
+        let current = (self.current, &*assets);
+        let all = || self.assets.iter().map(|(number, assets)| (*number, assets)).chain([current]);
         let own = woken.as_ref().map(|own| own.assets);
-        let own = own.filter(|number| self.assets.get(number).is_some_and(|assets| is_as_left(*number, assets)));
-        let others = self.assets.iter().filter(|(_, assets)| assets.are_of(frame)).map(|(number, _)| *number).min();
+        let own = own.filter(|own| all().any(|(number, assets)| number == *own && is_as_left(number, assets)));
+        let others = all().filter(|(_, assets)| assets.are_of(frame)).map(|(number, _)| number).min();
         if own.is_none() {
             // Versions of other assets mean other things.
             woken = None;
@@ -137,7 +135,12 @@ impl RestingWorlds {
             self.next += 1;
             self.next
         });
-        *assets = self.assets.remove(&number).unwrap_or_else(fresh);
+        if number != self.current {
+            let layout = assets.textures.layout.clone();
+            let fresh = || Assets::new(gpu, Textures::with_layout(layout));
+            let next = self.assets.remove(&number).unwrap_or_else(fresh);
+            self.assets.insert(self.current, std::mem::replace(assets, next));
+        }
         self.current = number;
         let woken = WorldUploads { assets: number, ..woken.unwrap_or_else(|| WorldUploads::new(gpu)) };
         let slept = std::mem::replace(uploads, woken);
