@@ -28,6 +28,9 @@ impl SharedPictures {
     }
 }
 
+/// Array for Python: name, type, shape, strides, offset.
+type Described = (&'static str, &'static str, Vec<u64>, Vec<u64>, u64);
+
 /// Name, numpy's type and last axis of an array.
 fn described(array: PackedArray) -> (&'static str, &'static str, Option<u64>) {
     match array {
@@ -45,7 +48,7 @@ fn described(array: PackedArray) -> (&'static str, &'static str, Option<u64>) {
 impl SharedPictures {
     /// Arrays: name, type as numpy writes it, shape, strides and offset in bytes.
     #[getter]
-    fn arrays(&self) -> Vec<(&'static str, &'static str, Vec<u64>, Vec<u64>, u64)> {
+    fn arrays(&self) -> Vec<Described> {
         let (width, height) = (u64::from(self.size.0), u64::from(self.size.1));
         let each = self.layout.arrays.iter().map(|&(array, offset)| {
             let (name, kind, last) = described(array);
