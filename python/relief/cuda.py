@@ -148,7 +148,7 @@ def _free_dropped() -> None:
 
 
 def _close_unused() -> bool:
-    """Gives up imported memory that captures do not use again. Returns whether there was any."""
+    """Gives up imported memory that captures do not use again. Returns whether there was any. Raises ForkedError."""
     unused = _imported.keys() - set(_relief.shared_memory_numbers())
     for number in unused:
         _imported.pop(number).close()
@@ -157,8 +157,8 @@ def _close_unused() -> bool:
 
 def _capture(sims: Sequence[_relief.Sim], sensor: str, due: bool, scale: np.ndarray | None) -> CudaBatch:
     with _lock:
-        _free_dropped()
         _close_unused()
+        _free_dropped()
         try:
             shared = _relief.share(sims, sensor, due, scale=scale)
         except GpuError:

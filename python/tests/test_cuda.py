@@ -325,6 +325,23 @@ def test_memory_that_cuda_does_not_take_leaves_no_file_open(
     assert len(os.listdir("/proc/self/fd")) == before
 
 
+def test_a_forked_process_is_refused(runtime: Runtime) -> None:
+    sims, name = worlds(1)
+    kept = relief.look(sims, name, device="cuda")
+    kept.color.__dlpack__()
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            relief.look(sims, name, device="cuda")
+        except relief.ForkedError:
+            code = 0
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 0
+
+
 def test_missing_pieces_are_named(runtime: Runtime, monkeypatch: pytest.MonkeyPatch) -> None:
     sims, name = worlds(1)
     cpu = relief.look(sims, name)

@@ -40,10 +40,11 @@ pub fn set_shared_memory_limit(bytes: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(())
 }
 
-/// Numbers of the memory that captures have, or could use again.
+/// Numbers of the memory that captures have, or could use again. Raises ForkedError.
 #[pyfunction]
-pub fn shared_memory_numbers() -> Vec<u64> {
-    lending::numbers()
+pub fn shared_memory_numbers() -> PyResult<Vec<u64>> {
+    device::check_process()?;
+    Ok(lending::numbers())
 }
 
 /// UUID, 16 bytes, and name of the graphics device. Opens it if nothing has. Raises GpuError where its memory cannot be
