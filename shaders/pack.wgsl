@@ -1,5 +1,6 @@
 // What the passes of a batch have drawn, into arrays in a buffer, view after view: colours of three bytes, depths in
-// metres, and what outputs say of each pixel's entity. A thread writes four pixels, so that all of them are whole words.
+// metres, and what outputs say of each pixel's entity. A thread writes four pixels, so that all of them are whole
+// words.
 
 // `PackedBatch` of passes/pack.rs.
 struct PackedBatch {

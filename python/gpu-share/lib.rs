@@ -1,5 +1,5 @@
-//! Buffers of a Vulkan device whose memory other interfaces, such as CUDA, can import by a file descriptor; and arrays in
-//! such memory, as libraries of Python hand them on ([`dlpack`]).
+//! Buffers of a Vulkan device whose memory other interfaces, such as CUDA, can import by a file descriptor; and arrays
+//! in such memory, as libraries of Python hand them on ([`dlpack`]).
 //!
 //! The only crate of the workspace with unsafe code, behind functions that are safe to call. Memory is exported as
 //! `VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD` (Vulkan 1.3, 12.2.2 "External Memory Handle Types"), each buffer in an

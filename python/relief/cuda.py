@@ -1,11 +1,11 @@
 """Pictures that stay on the graphics device, as arrays of CUDA: for PyTorch, JAX, CuPy and what else knows DLPack.
 
-``relief.capture(sims, name, device="cuda")`` draws with Vulkan into memory that CUDA has as its own: nothing goes by way
-of the processor. It needs Linux, a device that both Vulkan and CUDA know, and the package ``cuda-bindings``
+``relief.capture(sims, name, device="cuda")`` draws with Vulkan into memory that CUDA has as its own: nothing goes by
+way of the processor. It needs Linux, a device that both Vulkan and CUDA know, and the package ``cuda-bindings``
 (``pip install '.[cuda]'``).
 
-A capture's memory is its own until all its arrays are gone; then a later capture draws into it, and waits before for all
-that the device still computes. All captures together may take 4 GiB: `set_memory_limit`.
+A capture's memory is its own until all its arrays are gone; then a later capture draws into it, and waits before for
+all that the device still computes. All captures together may take 4 GiB: `set_memory_limit`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def _runtime() -> Any:
     try:
         return importlib.import_module("cuda.bindings.runtime")
     except ImportError as error:
-        raise GpuError(f"arrays of CUDA need the package cuda-bindings ({error}): pip install 'relief[cuda]'") from error
+        message = f"arrays of CUDA need the package cuda-bindings ({error}): pip install 'relief[cuda]'"
+        raise GpuError(message) from error
 
 
 def _call(function: str, *given: Any) -> Any:
@@ -247,7 +248,7 @@ class CudaArray:
     def jax(self) -> Any:
         """As an array of JAX. Raises BufferError where worlds lie apart."""
         if self.shape[0] > 1 and self._strides[0] != self._strides[1] * self.shape[1]:
-            raise BufferError("JAX takes arrays without gaps: expected a height and width whose product is a multiple of 4")
+            raise BufferError("JAX takes no gaps: expected a height and width whose product is a multiple of 4")
         return importlib.import_module("jax.dlpack").from_dlpack(self)
 
     def cupy(self) -> Any:
@@ -259,9 +260,10 @@ class CudaArray:
 
 
 class CudaBatch:
-    """Captures of the same camera of several worlds: what `CameraBatch` has, in CUDA's memory. Arrays have the worlds as
-    their first axis: ``color`` uint8 (N, H, W, 3), ``depth`` float32 (N, H, W) in metres, ``instance`` and ``part`` int32
-    (N, H, W), ``class`` uint8 (N, H, W); of environments with depths ``depth_steps`` uint8 (N, H, W). Where H · W is no multiple of 4, worlds lie some pixels apart."""
+    """Captures of the same camera of several worlds: what `CameraBatch` has, in CUDA's memory. Arrays have the worlds
+    as their first axis: ``color`` uint8 (N, H, W, 3), ``depth`` float32 (N, H, W) in metres, ``instance`` and ``part``
+    int32 (N, H, W), ``class`` uint8 (N, H, W); of environments with depths ``depth_steps`` uint8 (N, H, W). Where H · W
+    is no multiple of 4, worlds lie some pixels apart."""
 
     def __init__(self, shared: _relief.SharedPictures, lease: _Lease) -> None:
         self._arrays = {
@@ -330,8 +332,8 @@ def _lacking() -> str | None:
 
 
 def set_memory_limit(size: int) -> None:
-    """Sets how many bytes of the graphics device captures may take together, 4 GiB by default: those that arrays are held
-    of, and those that wait for their next use. A capture beyond raises GpuError."""
+    """Sets how many bytes of the graphics device captures may take together, 4 GiB by default: those that arrays are
+    held of, and those that wait for their next use. A capture beyond raises GpuError."""
     reason = _lacking()
     if reason is not None:
         raise GpuError(reason)
@@ -345,8 +347,8 @@ _automatic: bool | None = None
 def pictures(
     sims: Sequence[_relief.Sim], sensor: str, device: str, *, due: bool = True, scale: np.ndarray | None = None
 ) -> Any:
-    """What `relief.capture` gives with another device than ``"cpu"``, or, not ``due``, `relief.look`. ``scale``: at most
-    253 positive depths, float32, ascending; there is an array ``depth_steps`` then, by the rule of
+    """What `relief.capture` gives with another device than ``"cpu"``, or, not ``due``, `relief.look`. ``scale``: at
+    most 253 positive depths, float32, ascending; there is an array ``depth_steps`` then, by the rule of
     `relief.envs.tasks.log_depth`, if the camera has depths and the arrays are CUDA's."""
     global _automatic
     if device == "auto":

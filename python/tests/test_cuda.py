@@ -347,7 +347,8 @@ def test_missing_pieces_are_named(runtime: Runtime, monkeypatch: pytest.MonkeyPa
     cpu = relief.look(sims, name)
     monkeypatch.setattr(runtime, "uuid", b"\x12" * 16)
     monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "1")
-    with pytest.raises(GpuError, match=r"none of CUDA's devices: stand-in \(12121212-1212-.*CUDA_VISIBLE_DEVICES is '1'"):
+    named = r"none of CUDA's devices: stand-in \(12121212-1212-.*CUDA_VISIBLE_DEVICES is '1'"
+    with pytest.raises(GpuError, match=named):
         relief.look(sims, name, device="cuda")
     automatic = relief.look(sims, name, device="auto")
     assert isinstance(automatic, relief.CameraBatch)

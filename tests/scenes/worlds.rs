@@ -168,7 +168,7 @@ fn arrays_on_the_device_are_those_of_captures() {
             assert_eq!(array(PackedArray::Color, view), camera.color.as_flattened(), "{name} {view}");
             let depth = array(PackedArray::Depth, view);
             let depth = depth.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
-            // A multiplication, a sum and a division, of which drivers may round the last by 2.5 units in the last place.
+            // A product, a sum and a division, of which drivers may round the last by 2.5 units in the last place.
             let is_near =
                 |(own, packed): (&f32, f32)| *own == packed || (own - packed).abs() <= 4.0 * f32::EPSILON * own;
             assert!(camera.depth.iter().zip(depth).all(is_near), "{name} {view}");

@@ -92,13 +92,13 @@ class DrivingVectorEnv(gymnasium.vector.VectorEnv):
             raise ValueError(f"device: expected 'cpu', 'cuda' or 'auto', found {device!r}")
         if device != "cpu":
             if self.mode == "SameStep":
-                raise ValueError(f"autoreset_mode: expected NextStep or Disabled with device={device!r}, found SameStep")
+                raise ValueError(f"autoreset_mode: expected NextStep or Disabled with device={device!r}, not SameStep")
             if self.render_mode is not None:
                 raise ValueError(f"render_mode: expected None with device={device!r}, found {self.render_mode!r}")
             if not self._together:
                 raise ValueError(
-                    f"device: expected 'cpu', found {device!r}: {type(self.task).__name__} looks at each environment by "
-                    "itself; expected a task with observe_all and without an outcome of its own"
+                    f"device: expected 'cpu', found {device!r}: {type(self.task).__name__} looks at each environment "
+                    "by itself; expected a task with observe_all and without an outcome of its own"
                 )
         return str(device)
 

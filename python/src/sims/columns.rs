@@ -22,8 +22,8 @@ enum Joined {
 /// Captures every sensor that is due, of several worlds, as `capture_due`. Returns of each full name what all worlds
 /// measured: of a camera a `CameraBatch`, of a sensor without pictures a dict of arrays. These have a row for each
 /// record: its fields as files have them, and `world`, the place of its world. `without`: full names of sensors that
-/// are not captured, such as those that something else looks at. Raises KeyError where a world lacks a sensor of `names`
-/// or it is not due, ValueError of lidars and where cameras differ in size or outputs, GpuError.
+/// are not captured, such as those that something else looks at. Raises KeyError where a world lacks a sensor of
+/// `names` or it is not due, ValueError of lidars and where cameras differ in size or outputs, GpuError.
 #[pyfunction]
 #[pyo3(signature = (sims, names, *, without=None), text_signature = "(sims, names, *, without=())")]
 pub fn capture_columns(

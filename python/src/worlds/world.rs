@@ -243,8 +243,8 @@ impl World {
         ((&mut world.session.simulation, &mut world.sensors, wanted), &mut world.watch)
     }
 
-    /// Captures a camera of each of several worlds into memory of the graphics device. `scale`: of steps of depths. Their
-    /// watches note it.
+    /// Captures a camera of each of several worlds into memory of the graphics device. `scale`: of steps of depths.
+    /// Their watches note it.
     #[cfg(target_os = "linux")]
     pub fn share_all<'a>(
         worlds: Vec<(&'a mut Self, Wanted<'a>)>,

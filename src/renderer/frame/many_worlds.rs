@@ -19,6 +19,9 @@ pub type ReadFrame<'a> = dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError
 /// Hands over the frame of a world, by its place in a list of worlds.
 pub type Lend<'a> = dyn FnMut(usize, &mut ReadFrame<'_>) -> Result<(), RenderError> + 'a;
 
+/// World and plan of a view.
+type PlanOfWorld = (usize, usize);
+
 /// Views of several worlds as they are drawn.
 #[derive(Default)]
 struct WorldViews {
@@ -26,16 +29,16 @@ struct WorldViews {
     drawn: Vec<DrawnPlans>,
     /// By world.
     tone_maps: Vec<ToneMap>,
-    /// World and plan of the views that are drawn beside each other.
-    open: Vec<(usize, usize)>,
+    /// Those that are drawn beside each other.
+    open: Vec<PlanOfWorld>,
 }
 
 impl WorldViews {
-    fn plan(&self, (world, plan): (usize, usize)) -> &ViewPlan {
+    fn plan(&self, (world, plan): PlanOfWorld) -> &ViewPlan {
         &self.drawn[world].plans[plan]
     }
 
-    fn key(&self, view: (usize, usize)) -> (ViewBatchKey, ToneMap) {
+    fn key(&self, view: PlanOfWorld) -> (ViewBatchKey, ToneMap) {
         (ViewBatchKey::of(self.plan(view)), self.tone_maps[view.0])
     }
 
@@ -59,7 +62,7 @@ impl WorldViews {
         renderer: &mut Renderer,
         batches: &mut ViewBatches,
         lend: &mut Lend<'_>,
-        mut take: impl FnMut(&mut Renderer, &mut ViewBatches, EncodedBatch, Vec<(usize, usize)>) -> Result<(), RenderError>,
+        mut take: impl FnMut(&mut Renderer, &mut ViewBatches, EncodedBatch, Vec<PlanOfWorld>) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
         let mut open = self.open.clone();
         while let Some(&first) = open.first() {
@@ -116,7 +119,7 @@ impl Renderer {
             }
         }
         let mut submitted = DrawnBatches::default();
-        let mut put = |(world, plan): (usize, usize), outputs| results[world][plan] = Some(outputs);
+        let mut put = |(world, plan): PlanOfWorld, outputs| results[world][plan] = Some(outputs);
         views.encode(self, batches, lend, |renderer, batches, encoded, views| {
             let batch = renderer.submit_batch(batches, encoded)?;
             submitted.push(renderer, batches, (batch, views), &mut put);

@@ -31,8 +31,8 @@ pub struct Packing<'a> {
 }
 
 impl Packing<'_> {
-    /// Checks that the buffer has room, that the device can bind what of it is written, and that so many views are in the
-    /// arrays.
+    /// Checks that the buffer has room, that the device can bind what of it is written, and that so many views are in
+    /// the arrays.
     ///
     /// # Errors
     /// [`RenderError::TooLarge`].
