@@ -86,7 +86,11 @@ pub fn capsule<'py>(py: Python<'py>, array: Array, owner: Py<PyAny>) -> PyResult
     let pointer = NonNull::from(Box::leak(owned)).cast::<c_void>();
     // SAFETY: the pointer is a `DLManagedTensor`, as those who take capsules of this name expect, and valid until its
     // deleter is called: by who takes it, or by `destroy`, which may be called in any thread.
-    unsafe { PyCapsule::new_with_pointer_and_destructor(py, pointer, NAME, Some(destroy)) }
+    let made = unsafe { PyCapsule::new_with_pointer_and_destructor(py, pointer, NAME, Some(destroy)) };
+    made.inspect_err(|_| {
+        // SAFETY: no capsule has it.
+        drop(unsafe { Box::from_raw(pointer.cast::<Owned>().as_ptr()) });
+    })
 }
 
 /// Lets go of an array.

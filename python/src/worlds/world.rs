@@ -239,8 +239,9 @@ impl World {
         captures.next().ok_or_else(|| Failure::Gpu("nothing was captured".into()))
     }
 
-    fn captured<'a>((world, wanted): (&'a mut Self, Wanted<'a>)) -> (Captured<'a>, &'a mut Watch) {
-        ((&mut world.session.simulation, &mut world.sensors, wanted), &mut world.watch)
+    /// The parts of it that a capture takes, and the watch that notes it.
+    fn captured<'a>(&'a mut self, wanted: Wanted<'a>) -> (Captured<'a>, &'a mut Watch) {
+        ((&mut self.session.simulation, &mut self.sensors, wanted), &mut self.watch)
     }
 
     /// Captures a camera of each of several worlds into memory of the graphics device. `scale`: of steps of depths.
@@ -250,7 +251,8 @@ impl World {
         worlds: Vec<(&'a mut Self, Wanted<'a>)>,
         scale: Vec<f32>,
     ) -> Outcome<(PackedLayout, Arc<Lent>)> {
-        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(Self::captured).unzip();
+        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) =
+            worlds.into_iter().map(|(world, wanted)| world.captured(wanted)).unzip();
         let shared = device::with_drawing(|drawing| {
             let plan = drawing.plan_pack(&Settings::default(), &mut worlds, scale)?;
             let gpu = drawing.open()?;
@@ -270,7 +272,8 @@ impl World {
 
     /// Captures sensors of several worlds, in one submission. Their watches note it.
     pub fn capture_all<'a>(worlds: Vec<(&'a mut Self, Wanted<'a>)>) -> Outcome<Vec<Capture>> {
-        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) = worlds.into_iter().map(Self::captured).unzip();
+        let (mut worlds, watches): (Vec<Captured<'a>>, Vec<_>) =
+            worlds.into_iter().map(|(world, wanted)| world.captured(wanted)).unzip();
         let captures = device::with_drawing(|drawing| drawing.capture(&Settings::default(), &mut worlds))?;
         for (((simulation, ..), watch), capture) in worlds.iter().zip(watches).zip(&captures) {
             watch.note(&simulation.world, capture);

@@ -22,6 +22,10 @@ pub type Lend<'a> = dyn FnMut(usize, &mut ReadFrame<'_>) -> Result<(), RenderErr
 /// World and plan of a view.
 type PlanOfWorld = (usize, usize);
 
+/// Takes an encoded batch, and its views.
+type Take<'a> =
+    dyn FnMut(&mut Renderer, &mut ViewBatches, EncodedBatch, Vec<PlanOfWorld>) -> Result<(), RenderError> + 'a;
+
 /// Views of several worlds as they are drawn.
 #[derive(Default)]
 struct WorldViews {
@@ -62,7 +66,7 @@ impl WorldViews {
         renderer: &mut Renderer,
         batches: &mut ViewBatches,
         lend: &mut Lend<'_>,
-        mut take: impl FnMut(&mut Renderer, &mut ViewBatches, EncodedBatch, Vec<PlanOfWorld>) -> Result<(), RenderError>,
+        take: &mut Take<'_>,
     ) -> Result<(), RenderError> {
         let mut open = self.open.clone();
         while let Some(&first) = open.first() {
@@ -120,7 +124,7 @@ impl Renderer {
         }
         let mut submitted = DrawnBatches::default();
         let mut put = |(world, plan): PlanOfWorld, outputs| results[world][plan] = Some(outputs);
-        views.encode(self, batches, lend, |renderer, batches, encoded, views| {
+        views.encode(self, batches, lend, &mut |renderer, batches, encoded, views| {
             let batch = renderer.submit_batch(batches, encoded)?;
             submitted.push(renderer, batches, (batch, views), &mut put);
             Ok(())
@@ -154,7 +158,7 @@ impl Renderer {
                 Ok(())
             })?;
         }
-        views.encode(self, batches, lend, |renderer, batches, encoded, views| {
+        views.encode(self, batches, lend, &mut |renderer, batches, encoded, views| {
             let places: Vec<usize> = views.into_iter().map(|(world, _)| world).collect();
             renderer.pack_batch(batches, encoded, &places, packing)
         })?;

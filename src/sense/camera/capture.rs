@@ -48,11 +48,6 @@ impl CameraPlan {
         Self { whole: ViewPlan { view, settings }, map }
     }
 
-    /// Tells if its colours are made on the CPU.
-    pub fn is_developed(&self, sensor: &CameraSensor) -> bool {
-        is_developed(sensor)
-    }
-
     /// The views that are drawn for it.
     pub fn views(&self) -> Vec<ViewPlan> {
         self.map.as_ref().map_or_else(|| vec![self.whole.clone()], |map| map.plans(&self.whole))

@@ -9,7 +9,7 @@ use systems::sensors::philox::{Noise, normal};
 use systems::sensors::{CameraOutput, CameraSensor, Exposure, LightMeter};
 
 /// Tells if a camera's colours are made here of linear ones.
-pub(super) fn is_developed(sensor: &CameraSensor) -> bool {
+pub(crate) fn is_developed(sensor: &CameraSensor) -> bool {
     sensor.lens.has_distortion() || sensor.noise.is_some() || sensor.exposure != Exposure::Scene
 }
 

@@ -2,7 +2,7 @@
 //! and developed on the CPU. Uses captures and the renderer.
 
 pub(crate) mod capture;
-mod develop;
+pub(crate) mod develop;
 pub(crate) mod lens_map;
 mod pixels;
 mod resample;

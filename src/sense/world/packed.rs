@@ -3,6 +3,7 @@
 use super::drawing::{Captured, Drawing, Wanted};
 use crate::renderer::{PackedArray, PackedLabels, PackedLayout, Packing, ReadFrame, RenderError, Settings, ViewPlan};
 use crate::sense::camera::capture::CameraPlan;
+use crate::sense::camera::develop::is_developed;
 use crate::sense::captures::label_table::LabelTable;
 use bevy_ecs::prelude::*;
 use systems::Simulation;
@@ -120,7 +121,7 @@ fn refused(name: &str, reason: String) -> RenderError {
 
 /// The arrays of a camera; an error tells why it has none.
 fn arrays(camera: &CameraSensor, plan: &CameraPlan) -> Result<Vec<PackedArray>, String> {
-    if plan.map().is_some() || plan.is_developed(camera) {
+    if plan.map().is_some() || is_developed(camera) {
         return Err(
             "pictures of lenses with distortion, of noise and of an exposure of their own are made by the CPU; \
                     expected none of these for arrays on the device"
