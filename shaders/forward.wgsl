@@ -234,7 +234,7 @@ fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, ligh
 
 // All light on the surface that comes from lights, the scene's ambient and the sky; not its own emission.
 fn lit(surface: Surface, bump: Bump, material: Material, instance: Instance, occlusion: f32) -> vec3f {
-    var color = surface.diffuse * view.ambient * occlusion;
+    var color = surface.diffuse * (view.ambient + sky_diffuse(surface.normal)) * occlusion;
     var around = vec3f(0.0);
     let mirror = reflect(-surface.toward_eye, surface.normal);
     let eye = view.eye;

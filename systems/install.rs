@@ -20,6 +20,7 @@ use crate::draw::hooks;
 use crate::draw::incomplete::Incomplete;
 use crate::draw::instances::InstanceTable;
 use crate::draw::list::DrawList;
+use crate::draw::sky::WeatherLights;
 use crate::draw::materials::MaterialTable;
 use crate::ecs::clock::{Clock, Seed};
 use crate::ecs::parallel::set_threads;
@@ -43,6 +44,7 @@ use crate::space::origin::Origin;
 use crate::space::propagation::{NewParents, note_parent};
 #[cfg(feature = "vehicles")]
 use crate::vehicles::hooks as vehicle_hooks;
+use crate::weather::timeline::WeatherTimeline;
 use bevy_ecs::prelude::*;
 
 /// Objects, materials, lights and the clock: what the [frame's schedule](crate::frame_schedule) needs, and that of
@@ -78,6 +80,8 @@ pub fn core(world: &mut World) {
     world.init_resource::<DrawList>();
     world.init_resource::<Classes>();
     world.insert_resource(Environment::default());
+    world.init_resource::<WeatherTimeline>();
+    world.init_resource::<WeatherLights>();
 }
 
 /// Inputs, and the state that hashes, snapshots and recordings go by. Steps need it.

@@ -11,7 +11,7 @@
 //! Each folder is a layer that uses those before it, and none after:
 //!
 //! ```text
-//! ecs, describe ← space ← assets ← cells ← lights ← draw ← sensors ← vehicles, physics ← run
+//! ecs, describe ← space ← assets ← cells ← lights ← weather ← draw ← sensors ← vehicles, physics ← run
 //! ```
 //!
 //! Within the crate a `use` names the file that has an item, `crate::lights::table::LightTable`; what a folder's
@@ -33,6 +33,7 @@ mod simulation;
 pub mod space;
 #[cfg(feature = "vehicles")]
 pub mod vehicles;
+pub mod weather;
 
 pub use ecs::parallel::set_threads;
 pub use schedules::{FrameSet, StepSet, frame_schedule, step_schedule, sub_step_schedule};

@@ -5,7 +5,7 @@
 
 use crate::assets::{levels, tangents};
 use crate::cells::doors;
-use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces};
+use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces, sky};
 use crate::ecs::stats::{self, Stage, lap};
 use crate::ecs::{clock, sub_steps};
 use crate::lights::{floods, selection};
@@ -133,7 +133,16 @@ pub fn frame_schedule() -> Schedule {
     schedule.configure_sets((Begin, Transforms, Assets, Lights, DrawList).chain());
     schedule.add_systems((
         // A new frame: what was dirty has been uploaded by now.
-        (stats::begin, list::begin_frame, lap(Stage::Transforms, "begin_frame")).chain().in_set(Begin),
+        (
+            stats::begin,
+            list::begin_frame,
+            lap(Stage::Transforms, "begin_frame"),
+            // Sun and moon, before anything looks for lights.
+            sky::follow_weather,
+            lap(Stage::Lights, "follow_weather"),
+        )
+            .chain()
+            .in_set(Begin),
         (
             // Before anything looks for objects: what has got by now what it is drawn with.
             (incomplete::complete, lap(Stage::Transforms, "complete")).chain(),

@@ -15,9 +15,9 @@ use systems::assets::Library;
 use systems::draw::Environment;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::registry;
-use systems::sensors::GeoOrigin;
-use systems::space::Aabb;
+use systems::space::{Aabb, GeoOrigin};
 use systems::space::origin::Origin;
+use systems::weather::WeatherTimeline;
 
 /// A scene that is in the world: its cameras, and what a person should know.
 #[derive(Clone, Debug, Default)]
@@ -76,6 +76,7 @@ impl Prepared {
                 let seed = seed.unwrap_or(scene.seed);
                 vehicle_types::add_types(types, world);
                 world.insert_resource(format::scene::environment(&scene.environment));
+                world.insert_resource(WeatherTimeline::new(scene.weather.0.clone()));
                 world.insert_resource(format::scene::clock(&scene.clock));
                 world.insert_resource(Seed(seed));
                 match scene.geo_origin {
@@ -91,6 +92,7 @@ impl Prepared {
                 whole = Some((root, bounds));
                 let environment = if spawned.has_lights { Environment::default() } else { studio::light(world) };
                 world.insert_resource(environment);
+                world.insert_resource(WeatherTimeline::default());
                 world.insert_resource(Clock::default());
                 world.insert_resource(Seed(seed.unwrap_or_default()));
                 spawned

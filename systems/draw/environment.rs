@@ -18,8 +18,12 @@ pub struct Environment {
     pub ground: Vec3,
     /// Times every pixel before the tone map.
     pub exposure: f32,
+    /// Exposure follows the sky, if it is an atmosphere: such that a white surface on open ground would show `exposure`.
+    pub auto_exposure: bool,
     /// From HDR to the screen.
     pub tone_map: ToneMap,
+    /// Illuminance under which a white surface shows 1, as a light of intensity 1 lights it: lux.
+    pub lux: f32,
 }
 
 impl Default for Environment {
@@ -30,7 +34,9 @@ impl Default for Environment {
             horizon: Vec3::new(0.32, 0.36, 0.42),
             ground: Vec3::new(0.06, 0.055, 0.05),
             exposure: 1.0,
+            auto_exposure: true,
             tone_map: ToneMap::Agx,
+            lux: 30.0,
         }
     }
 }

@@ -11,6 +11,7 @@
 //! ```
 
 use super::environment::Environment;
+use super::sky::DrawnSky;
 use super::instance_records::InstanceSlots;
 use super::records::MaterialRecord;
 use crate::assets::image::{Image, ImageId, Texels};
@@ -51,6 +52,8 @@ pub struct LightFeatures {
     pub sun_shadows: bool,
     /// A light that casts shadows and has a size.
     pub sizes: bool,
+    /// A sky that is an atmosphere, in this frame.
+    pub atmosphere: bool,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.
@@ -190,8 +193,10 @@ pub struct DrawList {
     pub transparent: Vec<Transparent>,
     /// Changes whenever `transparent` did.
     pub transparent_version: u64,
-    /// Ambient light, sky and tone map.
+    /// Ambient light, sky and tone map, with the exposure of this frame.
     pub environment: Environment,
+    /// Sky, where it is more than the environment's three colours.
+    pub sky: Option<DrawnSky>,
 }
 
 impl DrawList {
@@ -227,6 +232,7 @@ impl Default for DrawList {
             transparent: Vec::new(),
             transparent_version: 0,
             environment: Environment::default(),
+            sky: None,
         }
     }
 }

@@ -7,7 +7,7 @@
 //! what casts shadows (`shadow_casters`).
 //! Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`]
 //! take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an [`Environment`],
-//! whose [`ToneMap`] has its curves on the CPU, too (`tone`).
+//! whose [`ToneMap`] has its curves on the CPU, too (`tone`), and under a sky ([`DrawnSky`]).
 
 pub(crate) mod batches;
 pub(crate) mod camera;
@@ -25,6 +25,7 @@ pub(crate) mod pages;
 pub mod pieces;
 pub(crate) mod records;
 pub(crate) mod shadow_casters;
+pub(crate) mod sky;
 mod tone;
 pub(crate) mod view;
 
@@ -42,6 +43,7 @@ pub use list::{
     Transparent,
 };
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};
-pub use records::{InstanceRecord, MaterialRecord, ViewRecord};
+pub use records::{InstanceRecord, MaterialRecord, SkyRecord, ViewRecord};
 pub use shadow_casters::{ShadowCaster, ShadowScene};
+pub use sky::{DrawnSky, WeatherLight};
 pub use view::{View, in_frustum, rigid};

@@ -30,6 +30,26 @@ pub struct InstanceRecord {
     pub entity: u32,
 }
 
+/// Sky of a frame, in the world's units of light. Mirrors `Sky`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct SkyRecord {
+    /// Diffuse light by the normal: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz and x² − y², linear RGB.
+    pub harmonics: [[f32; 4]; 9],
+    /// Radiance of the ground, linear RGB.
+    pub ground: [f32; 3],
+    /// Radiance of 1 in the map.
+    pub unit: f32,
+    /// Unit vector toward the sun, and the radius of its disc, radians.
+    pub sun: [f32; 4],
+    /// Radiance of the sun's disc, linear RGB; the fourth is 0.
+    pub sun_radiance: [f32; 4],
+    /// Unit vector toward the moon, and the radius of its disc, radians.
+    pub moon: [f32; 4],
+    /// Radiance of the moon's disc, linear RGB; the fourth is 0.
+    pub moon_radiance: [f32; 4],
+}
+
 /// One material. Mirrors `Material`; the fields are [`crate::assets::Material`]'s. What every pixel reads comes first.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]

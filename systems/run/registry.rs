@@ -7,6 +7,7 @@
 
 use super::spawn::Spawn;
 use crate::draw::pieces::PieceOf;
+use crate::draw::sky::WeatherLight;
 use bevy_ecs::entity::EntityMapper;
 use bevy_ecs::prelude::*;
 use bevy_ecs::resource::IsResource;
@@ -113,9 +114,10 @@ impl EntityRegistry {
 }
 
 /// Numbers everything that is in the world, as the entities that the scene began with: when a scene is loaded, or what
-/// stands for one is built. Pieces of objects follow from these and have no number, nor have resources and observers.
+/// stands for one is built. Pieces of objects and the lights of sun and moon follow
+/// from these and have no number, nor have resources and observers.
 pub fn register_all(world: &mut World) {
-    let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>)>();
+    let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>, Without<WeatherLight>)>();
     let mut scene: Vec<Entity> = all.iter(world).collect();
     // In a world that has only grown, the order of indices is that of spawning.
     scene.sort_unstable_by_key(|entity| entity.index_u32());

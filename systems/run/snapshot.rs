@@ -9,7 +9,7 @@
 
 use super::registry::{self, EntityRegistry, Family, StateId};
 use super::spawn::Spawn;
-use super::state::{StateError, StateList, decode, encode};
+use super::state::{NOTHING, StateError, StateList, decode, encode};
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
@@ -18,9 +18,6 @@ use std::collections::HashSet;
 const MOST_SPAWNED: usize = 1 << 24;
 /// Numbers of entities in a file leave room for as many more.
 const MOST_NUMBER: u32 = u32::MAX - MOST_SPAWNED as u32;
-
-/// A kind of state that nothing has: a list without entries.
-const NOTHING: [u8; 1] = [0];
 
 /// Number of times that the world took the state of a snapshot. Systems that measure from state to state begin anew
 /// where it has changed: places of before are those of another state. It is no state itself.

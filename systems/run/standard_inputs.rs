@@ -1,5 +1,5 @@
-//! The inputs that every simulation knows: edits of lights, portals, places and visibility, what comes and goes, manual
-//! control of vehicles, and signals that are held.
+//! The inputs that every simulation knows: edits of lights, portals, places, visibility and weather, what comes and
+//! goes, manual control of vehicles, and signals that are held.
 
 use super::inputs::{Input, Inputs};
 use super::registry::{self, EntityRegistry, StateId};
@@ -9,7 +9,9 @@ use super::vehicle_inputs;
 use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::cells::doors::{Door, Portal};
 use crate::describe::check::check;
+use crate::ecs::clock::Clock;
 use crate::lights::components::Light;
+use crate::space::geo_origin::GeoOrigin;
 use crate::space::hidden::Hidden;
 use crate::space::interpolation::Interpolated;
 use crate::space::transform::Transform;
@@ -19,6 +21,8 @@ use crate::vehicles::components::Controls;
 use crate::vehicles::external::StampedMotion;
 #[cfg(feature = "vehicles")]
 use crate::vehicles::signals::Aspect;
+use crate::weather::timeline::WeatherTimeline;
+use crate::weather::weather::Weather;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +35,7 @@ impl Default for Inputs {
         inputs.register::<SetTransform>();
         inputs.register::<Hide>();
         inputs.register::<NextMeshVariant>();
+        inputs.register::<SetWeather>();
         #[cfg(feature = "vehicles")]
         inputs.register::<Drive>();
         #[cfg(feature = "vehicles")]
@@ -170,6 +175,37 @@ impl Input for NextMeshVariant {
                 *mesh = shown;
             }
         }
+    }
+}
+
+/// The weather becomes another.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct SetWeather {
+    /// All of it, as it will be; its date is that of now.
+    pub weather: Weather,
+    /// Seconds of the clock that the change takes.
+    pub over_seconds: f64,
+}
+
+impl SetWeather {
+    /// The longest change: a day.
+    pub const LONGEST: f64 = 86_400.0;
+}
+
+impl Input for SetWeather {
+    const NAME: &'static str = "set weather";
+
+    /// Changes nothing where the sun is to stand by its date and no [`GeoOrigin`] says where on Earth that is.
+    fn apply(&self, world: &mut World) {
+        if self.weather.needs_place() && world.get_resource::<GeoOrigin>().is_none() {
+            return;
+        }
+        let clock = world.resource::<Clock>().clone();
+        world.resource_mut::<WeatherTimeline>().change(self.weather.clone(), self.over_seconds, &clock);
+    }
+
+    fn is_valid(&self) -> bool {
+        check(&self.weather).is_ok() && (0.0..=Self::LONGEST).contains(&self.over_seconds)
     }
 }
 

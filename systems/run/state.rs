@@ -18,6 +18,7 @@ use crate::space::hidden::Hidden;
 use crate::space::motion::Spin;
 use crate::space::origin::Origin;
 use crate::space::transform::Transform;
+use crate::weather::timeline::WeatherTimeline;
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
@@ -96,6 +97,7 @@ impl StateList {
         list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
         list.add_resource::<Seed>("seed");
         list.add(ResourceKind::<Origin> { take_over: Origin::take_over, ..ResourceKind::new("origin") });
+        list.add(OptionalResource::<WeatherTimeline> { name: "weather", is_valid: WeatherTimeline::is_valid });
         #[cfg(feature = "vehicles")]
         list.add_vehicles();
         list
@@ -311,6 +313,45 @@ impl<R: StateResource> StateKind for ResourceKind<R> {
         (self.take_over)(&mut world.resource_mut::<R>(), saved).map_err(|message| StateError::new(self.name, message))
     }
 }
+
+/// A resource as state that files and hashes leave out while it is as it is by default.
+struct OptionalResource<R: StateResource + Default + PartialEq> {
+    name: &'static str,
+    /// Tells if a value from a file can be what a world holds.
+    is_valid: fn(&R) -> bool,
+}
+
+impl<R: StateResource + Default + PartialEq> StateKind for OptionalResource<R> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn is_optional(&self) -> bool {
+        true
+    }
+
+    fn hash(&mut self, world: &mut World) -> Sum {
+        let own = world.resource::<R>();
+        if *own == R::default() { Sum::default() } else { state_hash::of_bytes(self.name, &encode(own)) }
+    }
+
+    fn save(&mut self, world: &mut World) -> Vec<u8> {
+        let own = world.resource::<R>();
+        if *own == R::default() { NOTHING.into() } else { encode(own) }
+    }
+
+    fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
+        let saved = if bytes == NOTHING { R::default() } else { decode(self.name, bytes)? };
+        if !(self.is_valid)(&saved) {
+            return Err(StateError::new(self.name, "invalid value"));
+        }
+        *world.resource_mut::<R>() = saved;
+        Ok(())
+    }
+}
+
+/// A kind of state that nothing has: a list without entries.
+pub(super) const NOTHING: [u8; 1] = [0];
 
 /// Encodes a value as bytes. Each type that is state has a form in bytes.
 pub(crate) fn encode<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {

@@ -3,9 +3,11 @@
 //! An entity has a [`Transform`] among its siblings; `propagation` derives its [`GlobalTransform`], parents before
 //! children, from what moved. Between two steps `interpolation` draws it somewhere on the way, and [`spin`] moves what
 //! moves by itself. What is [`Hidden`] hides all that is below it. [`Aabb`] and [`Sphere`] are the volumes that bounds
-//! are made of, and [`origin`] is where the world's coordinates count from. [`GRAVITY`] is the same everywhere.
+//! are made of, and [`origin`] is where the world's coordinates count from; a
+//! [`GeoOrigin`] is where on Earth that is ([`wgs84`]). [`GRAVITY`] is the same everywhere.
 
 pub(crate) mod bounds;
+pub(crate) mod geo_origin;
 pub(crate) mod gravity;
 pub(crate) mod hidden;
 pub(crate) mod interpolation;
@@ -13,8 +15,10 @@ pub(crate) mod motion;
 pub mod origin;
 pub(crate) mod propagation;
 pub(crate) mod transform;
+pub mod wgs84;
 
 pub use bounds::{Aabb, Sphere};
+pub use geo_origin::GeoOrigin;
 pub use gravity::GRAVITY;
 pub use hidden::{Hidden, InheritedHidden, inherit_hidden};
 pub use interpolation::{Interpolated, Interpolation, remember};

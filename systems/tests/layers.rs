@@ -9,12 +9,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Folders, each using itself and those before it; a row's use each other, too. Files on top use all.
-const LAYERS: [&[&str]; 9] = [
+const LAYERS: [&[&str]; 10] = [
     &["ecs", "describe"],
     &["space"],
     &["assets"],
     &["cells"],
     &["lights"],
+    &["weather"],
     &["draw"],
     &["sensors"],
     &["vehicles", "physics"],

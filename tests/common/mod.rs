@@ -82,7 +82,7 @@ pub fn with_gpu<T>(make: impl FnOnce() -> T) -> Option<T> {
 /// No light but that of lamps and suns, and pictures that are what their linear colours are.
 pub fn dark() -> Environment {
     let [ambient, zenith, horizon, ground] = [Vec3::ZERO; 4];
-    Environment { ambient, zenith, horizon, ground, exposure: 1.0, tone_map: ToneMap::Clamp }
+    Environment { ambient, zenith, horizon, ground, exposure: 1.0, tone_map: ToneMap::Clamp, ..Environment::default() }
 }
 
 /// Output of a program, as text.

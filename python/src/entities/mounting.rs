@@ -16,7 +16,8 @@ use relief::systems::draw::Intrinsics;
 use relief::systems::ecs::clock::Clock;
 use relief::systems::run::registry::StateId;
 use relief::systems::run::spawn::Spawn;
-use relief::systems::sensors::{self, CameraSensor, GeoOrigin, Lens, SensorKind};
+use relief::systems::sensors::{self, CameraSensor, Lens, SensorKind};
+use relief::systems::space::GeoOrigin;
 use serde_json::json;
 use std::sync::Arc;
 

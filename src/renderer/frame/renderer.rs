@@ -16,6 +16,7 @@ use crate::renderer::passes::pipelines::{MissingPipelines, Pipelines};
 use crate::renderer::passes::targets::SceneColorCopy;
 use crate::renderer::plan::settings::DebugView;
 use crate::renderer::plan::view_plan::ViewPlan;
+use crate::renderer::resources::sky::SkyTextures;
 use crate::renderer::resources::stats::{HeldBytes, RenderStats};
 use crate::renderer::resources::textures::Textures;
 use crate::renderer::shadows::shadow_maps::ShadowMaps;
@@ -48,6 +49,7 @@ pub struct Renderer {
     pub(super) cpu_rasterizer: CpuRasterizer,
     /// Made when views are first packed.
     pub(super) packer: Option<Packer>,
+    skies: SkyTextures,
 }
 
 impl Renderer {
@@ -82,6 +84,7 @@ impl Renderer {
             timestamps: None,
             cpu_rasterizer: CpuRasterizer::new(&gpu.adapter),
             packer: None,
+            skies: SkyTextures::default(),
             pipelines,
             gpu: gpu.clone(),
         }
@@ -296,7 +299,7 @@ impl Renderer {
         self.stats.asset_bytes += self.assets.textures.upload(&self.gpu, frame.list, frame.library)?;
         let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();
         self.assets.note(frame);
-        self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.stats)?;
+        self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.skies, &mut self.stats)?;
         let textures = self.assets.textures.version();
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
         // Views that shade nothing are no reason to draw what those before them left out.

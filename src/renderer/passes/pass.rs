@@ -155,11 +155,11 @@ impl Pass {
 
     /// The sky that is drawn in a colour pass; in others it has no meaning.
     pub fn sky(self) -> SkyKey {
-        let beside = match self {
-            Self::Color { beside, .. } => beside,
-            Self::Outputs(_) => Attached::default(),
+        let (beside, atmosphere) = match self {
+            Self::Color { beside, lights, .. } => (beside, lights.atmosphere),
+            Self::Outputs(_) => (Attached::default(), false),
         };
-        SkyKey { samples: self.samples(), beside }
+        SkyKey { samples: self.samples(), beside, atmosphere }
     }
 }
 
@@ -168,4 +168,5 @@ impl Pass {
 pub(crate) struct SkyKey {
     pub samples: u32,
     pub beside: Attached,
+    pub atmosphere: bool,
 }

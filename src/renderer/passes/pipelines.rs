@@ -207,12 +207,13 @@ impl Pipelines {
         if self.skies.contains_key(&key) {
             return;
         }
-        let SkyKey { samples, beside } = key;
+        let SkyKey { samples, beside, atmosphere } = key;
+        let constants = [("ATMOSPHERE", f64::from(u32::from(atmosphere)))];
         let color = wgpu::ColorTargetState::from(HDR_FORMAT);
         let targets = beside.targets_beside(color, wgpu::ColorWrites::empty());
         let depth = Some(depth_state(false, wgpu::CompareFunction::Equal));
         let shader = Shader { module: &self.sky, vertex: "vs_sky", fragment: "fs_sky" };
-        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &[], &targets, depth, samples);
+        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &constants, &targets, depth, samples);
         self.skies.insert(key, pipeline);
     }
 
@@ -249,7 +250,7 @@ impl Pipelines {
 }
 
 /// Override constants of the forward shader in a pass, for objects of one pipeline.
-pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 19] {
+pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 20] {
     let (lights, debug, specular_aa, emboss) = match pass {
         Pass::Color { lights, debug, specular_aa, emboss, .. } => (lights, debug, specular_aa, emboss),
         Pass::Outputs(_) => (LightFeatures::default(), DebugView::Off, false, None),
@@ -271,6 +272,7 @@ pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("LAMPS_WITH_SHADOWS", f64::from(u32::from(lights.lamp_shadows))),
         ("SUNS_WITH_SHADOWS", f64::from(u32::from(lights.sun_shadows))),
         ("LIGHTS_WITH_SIZES", f64::from(u32::from(lights.sizes))),
+        ("ATMOSPHERE", f64::from(u32::from(lights.atmosphere))),
         ("SPECULAR_AA", f64::from(u32::from(specular_aa))),
         ("DEBUG", f64::from(debug as u32)),
         ("EMBOSS_STEP", f64::from(emboss_step)),
@@ -304,12 +306,20 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         format: wgpu::TextureFormat::Rgba32Uint,
         view_dimension: wgpu::TextureViewDimension::D2,
     };
+    let sky_map = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("frame"),
         entries: &[
             entry(0, all, buffer(wgpu::BufferBindingType::Uniform)),
             entry(1, all, table),
             entry(2, all, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(3, wgpu::ShaderStages::FRAGMENT, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(4, wgpu::ShaderStages::FRAGMENT, sky_map),
+            entry(5, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
         ],
     })
 }

@@ -1,6 +1,7 @@
 //! The tables of a draw list on the GPU, which all views share, and the bind group through which passes read them.
 
 use super::scatter::Scatter;
+use super::sky::{SkyBinding, SkyTextures};
 use super::stats::RenderStats;
 use super::tables::{RecordTable, SHADOW_RECORDS, TableKind, TableTexture};
 use crate::renderer::gpu::device::Gpu;
@@ -21,6 +22,7 @@ pub(crate) struct FrameTables {
     materials: RecordTable<MaterialRecord>,
     light_lists: RecordTable<LightListPage>,
     scatter: Scatter,
+    sky: SkyBinding,
     /// The shadow layers of lights by slot, as they are uploaded.
     layers: BTreeMap<u32, u8>,
     /// The shadow records of each view, as they are uploaded.
@@ -38,6 +40,7 @@ impl FrameTables {
             materials: RecordTable::new(device, TableKind::Materials),
             light_lists: RecordTable::new(device, TableKind::LightLists),
             scatter: Scatter::new(device),
+            sky: SkyBinding::new(device),
             layers: BTreeMap::new(),
             shadow_records: Vec::new(),
             uploaded_frame: None,
@@ -52,6 +55,7 @@ impl FrameTables {
         frame: &FrameData<'_>,
         layers: &BTreeMap<u32, u8>,
         shadow_records: &[Vec<[u32; 4]>],
+        skies: &mut SkyTextures,
         stats: &mut RenderStats,
     ) -> Result<(), RenderError> {
         let list = frame.list;
@@ -91,6 +95,7 @@ impl FrameTables {
             stats.material_bytes = materials.mirror(gpu, scatter, texture, &list.materials, all)?;
             stats.light_bytes = light_lists.mirror(gpu, scatter, texture, lists, all)?;
         }
+        stats.light_bytes += self.sky.upload(gpu, list.sky.as_ref(), skies);
         // A light keeps its layer through its own changes, and its changes through those of its layer.
         stats.light_bytes += lights.mirror(gpu, scatter, texture, &given, all)?;
         self.layers.clone_from(layers);
@@ -130,7 +135,7 @@ impl FrameTables {
 
     /// Changes whenever bind groups of views are to be made anew.
     pub fn version(&self) -> u32 {
-        self.texture.version
+        self.texture.version.wrapping_add(self.sky.version)
     }
 
     /// Makes bind group 0 of every pass over a view: the view's record, and the tables.
@@ -140,6 +145,7 @@ impl FrameTables {
             wgpu::BindingResource::TextureView(&self.texture.view),
             self.texture.starts.as_entire_binding(),
         ];
+        let resources = resources.into_iter().chain(self.sky.resources());
         let entries: Vec<_> =
             (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries: &entries })

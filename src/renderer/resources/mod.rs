@@ -3,6 +3,7 @@
 pub(crate) mod frame_tables;
 pub(crate) mod meshes;
 pub(crate) mod scatter;
+pub(crate) mod sky;
 pub(crate) mod stats;
 pub(crate) mod tables;
 pub(crate) mod textures;

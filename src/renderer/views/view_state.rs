@@ -367,7 +367,7 @@ impl ViewState {
             self.lists_ready = false;
             self.culled_for = culled_for;
         }
-        self.plain_sky = plain_sky(&list.environment);
+        self.plain_sky = plain_sky(&list.environment).filter(|_| list.sky.is_none());
         let showing = Some((record, self.pass, plan.settings.technique, list.batches_version, self.outputs));
         self.needs_redraw |= self.recull || self.shown != showing || self.uploads != uploads;
         self.shown = showing;

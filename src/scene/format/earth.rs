@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use systems::describe::Described;
-use systems::sensors;
-use systems::sensors::wgs84::Geodetic;
+use systems::space::wgs84::Geodetic;
+use systems::space;
 use systems::space::FARTHEST;
 
 /// Place of a scene on Earth.
@@ -31,8 +31,8 @@ impl Described for GeoOrigin {}
 
 impl GeoOrigin {
     /// Converts to a resource.
-    pub fn resource(self) -> sensors::GeoOrigin {
+    pub fn resource(self) -> space::GeoOrigin {
         let Self { latitude_degrees, longitude_degrees, altitude, at } = self;
-        sensors::GeoOrigin { place: Geodetic { latitude_degrees, longitude_degrees, altitude }, at: at.into() }
+        space::GeoOrigin { place: Geodetic { latitude_degrees, longitude_degrees, altitude }, at: at.into() }
     }
 }

@@ -19,3 +19,4 @@ pub mod surfaces;
 pub mod values;
 #[cfg(feature = "vehicles")]
 pub mod vehicle_types;
+pub mod weather;

@@ -11,6 +11,7 @@ use super::roads::{Route, Signal, Traffic};
 use super::sensors::Class;
 use super::surfaces::{Material, MeshSource};
 use super::values::{Named, Origin, PieceMetres};
+use super::weather::GivenWeather;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use systems::assets::color_text::Color;
@@ -37,6 +38,8 @@ pub struct Scene {
     /// Light from all sides, and the sky.
     #[schemars(extend("see" = "[environment](#environment)"))]
     pub environment: Environment,
+    /// Sky, sun and moon: the name of a [preset](weather.md#presets), or its fields.
+    pub weather: GivenWeather,
     /// Steps of the simulation.
     #[schemars(extend("see" = "[clock](#clock)"))]
     pub clock: Clock,
@@ -106,6 +109,7 @@ impl Default for Scene {
             piece_metres: PieceMetres(draw::pieces::DEFAULT_METRES),
             lights: None,
             environment: Environment::default(),
+            weather: GivenWeather::default(),
             clock: Clock::default(),
             vehicle_types: Vec::new(),
             materials: Named::default(),
@@ -139,8 +143,13 @@ pub struct Environment {
     /// Factor of linear colours before the tone map.
     #[schemars(range(min = 0.0, max = 1e6))]
     pub exposure: f32,
+    /// Exposure also follows the sky of an [atmosphere](weather.md): a white surface on open ground shows `exposure`.
+    pub auto_exposure: bool,
     /// Curve from linear colours to those of a picture.
     pub tone_map: draw::ToneMap,
+    /// Illuminance of a surface that a light of intensity 1 lights from 1 m: what sky, sun and moon are measured by.
+    #[schemars(range(min = 0.001, max = 1e6), extend("unit" = "lx"))]
+    pub lux: f32,
 }
 
 impl Described for Environment {}
@@ -154,7 +163,9 @@ impl Default for Environment {
             horizon: Color::linear(e.horizon),
             ground: Color::linear(e.ground),
             exposure: e.exposure,
+            auto_exposure: e.auto_exposure,
             tone_map: e.tone_map,
+            lux: e.lux,
         }
     }
 }
@@ -190,7 +201,9 @@ pub fn environment(e: &Environment) -> draw::Environment {
         horizon: e.horizon.rgb(),
         ground: e.ground.rgb(),
         exposure: e.exposure,
+        auto_exposure: e.auto_exposure,
         tone_map: e.tone_map,
+        lux: e.lux,
     }
 }
 

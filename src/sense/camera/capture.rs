@@ -11,7 +11,7 @@ use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use systems::draw::{Environment, View};
+use systems::draw::{DrawList, Environment, View};
 use systems::sensors::philox::Noise;
 use systems::sensors::{CameraOutput, CameraSensor};
 
@@ -113,7 +113,7 @@ pub(crate) fn capture(
 ) -> (CameraCapture, LabelRuns) {
     let (width, height) = sensor.size;
     let has = |output| sensor.outputs.has(output);
-    let (pixels, exposure) = plan.pixels(sensor, drawn, world.resource::<Environment>(), noise);
+    let (pixels, exposure) = plan.pixels(sensor, drawn, &world.resource::<DrawList>().environment, noise);
     let (intrinsics, lens, color) = (sensor.intrinsics(), sensor.lens, pixels.color);
     let outputs = sensor.outputs;
     let mut capture =

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::io::Result;
 use systems::describe::Described;
-use systems::sensors::{BarometerSensor, GeoOrigin};
+use systems::sensors::BarometerSensor;
+use systems::space::GeoOrigin;
 
 /// Measurement of a barometer.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]

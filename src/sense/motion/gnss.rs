@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::io::Result;
 use systems::describe::Described;
-use systems::sensors::{GeoOrigin, GnssReading, GnssSensor};
+use systems::sensors::{GnssReading, GnssSensor};
+use systems::space::GeoOrigin;
 
 /// Measurement of a receiver of satellite navigation.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]

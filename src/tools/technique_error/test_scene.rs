@@ -158,6 +158,7 @@ impl TestScene {
             ground: Vec3::ZERO,
             exposure: 1.0,
             tone_map: ToneMap::Clamp,
+            ..Environment::default()
         };
         self.simulation.world.insert_resource(dark);
     }

@@ -5,7 +5,8 @@ use crate::common::{self, prelude::*};
 use glam::DQuat;
 use relief::sense::{GnssCapture, ImuCapture};
 use systems::run::standard_inputs::{MoveVehicle, SetTransform};
-use systems::sensors::{Beam, Beams, GeoOrigin};
+use systems::sensors::{Beam, Beams};
+use systems::space::GeoOrigin;
 use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId, StampedMotion};
 

@@ -1,0 +1,254 @@
+//! Light of the sky: its radiance by direction, what it does to surfaces, and what of sun and moon comes through.
+//!
+//! A clear sky is the air's ([`Atmosphere`]), by sun and by moon. Clouds cover it evenly. They leave a share
+//! 1 − 0.75 c³·⁴ of the light on the ground (Kasten and Czeplak: "Solar and terrestrial radiation dependent on the
+//! amount and type of cloud", Solar Energy 24, 1980, equation 3). Of the sun's own light they let 1 − c² pass; the rest
+//! of that share is the sky's. A whole cover has the luminance of an overcast sky, L = L_zenith (1 + 2 sin γ) / 3 (Moon
+//! and Spencer: "Illumination from a non-uniform sky", Illuminating Engineering 37, 1942).
+
+use super::atmosphere::Atmosphere;
+use super::bodies::{Bodies, Body};
+use super::harmonics::Harmonics;
+use super::prefilter;
+use super::sky_map::{SIDE, SkyMap, SkyTexel, hemisphere, middle, solid_angle};
+use super::weather::Weather;
+use crate::ecs::parallel::map_in_parallel;
+use glam::{DVec2, DVec3};
+use half::f16;
+use std::collections::VecDeque;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Albedo of the ground, whose light is that of the lower half of the sky.
+pub(crate) const GROUND_ALBEDO: f64 = 0.2;
+/// Weights of linear RGB in luminance (IEC 61966-2-1).
+pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+/// Sine of the elevation from which on a body lights no sky: 18° below the horizon ends astronomical twilight.
+const DARK: f64 = -0.309;
+
+/// Steps of what a sky is made for; what is between two has the nearer one's.
+const STEPS_PER_DEGREE: f64 = 20.0;
+const STEPS_PER_DOUBLING: f64 = 256.0;
+const STEPS_OF_CLOUDS: f64 = 256.0;
+
+/// Light of sun or moon on the ground.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct SkyLight {
+    /// Unit vector toward it.
+    pub direction: DVec3,
+    /// Illuminance of a surface that faces it, linear RGB: lux.
+    pub illuminance: DVec3,
+    /// Radius of its disc, radians.
+    pub radius: f64,
+}
+
+/// A sky, without the discs of sun and moon.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Sky {
+    /// Radiance of both halves, cd/m².
+    pub harmonics: Harmonics,
+    /// Radiance by direction.
+    pub map: SkyMap,
+    /// Radiance of the ground, linear RGB: cd/m².
+    pub ground: DVec3,
+    /// Illuminance of level ground by sky, sun and moon: lux.
+    pub horizontal: f64,
+}
+
+/// A body, rounded.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct RoundedBody {
+    azimuth: i64,
+    elevation: i64,
+    doublings_of_lux: i64,
+}
+
+/// All that a sky follows from, rounded: equal ones have equal skies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct SkyKey {
+    bodies: [Option<RoundedBody>; 2],
+    doublings_of_haze: i64,
+    clouds: i64,
+    /// Bits of a number.
+    glow: u64,
+}
+
+/// Skies that were made last, and the air that they were made for: shared by all worlds of a process.
+static MADE: Mutex<VecDeque<(SkyKey, Arc<Sky>)>> = Mutex::new(VecDeque::new());
+static AIR: Mutex<VecDeque<(i64, Arc<Atmosphere>)>> = Mutex::new(VecDeque::new());
+const MOST_KEPT: usize = 8;
+
+/// The value of a key, made unless it is among those that were asked for last.
+fn kept<K: Copy + PartialEq, V>(
+    all: &Mutex<VecDeque<(K, Arc<V>)>>,
+    key: K,
+    make: impl FnOnce() -> V,
+) -> Arc<V> {
+    let lock = || all.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = lock().iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone());
+    found.unwrap_or_else(|| {
+        let value = Arc::new(make());
+        let mut all = lock();
+        all.truncate(MOST_KEPT - 1);
+        all.push_front((key, value.clone()));
+        value
+    })
+}
+
+fn air(doublings_of_haze: i64) -> Arc<Atmosphere> {
+    kept(&AIR, doublings_of_haze, || Atmosphere::new((doublings_of_haze as f64 / STEPS_PER_DOUBLING).exp2()))
+}
+
+fn doublings(value: f64) -> i64 {
+    (value.log2() * STEPS_PER_DOUBLING).round() as i64
+}
+
+impl RoundedBody {
+    fn of(body: &Body) -> Option<Self> {
+        let azimuth = body.direction.z.atan2(body.direction.x).to_degrees() * STEPS_PER_DEGREE;
+        let elevation = body.direction.y.clamp(-1.0, 1.0).asin().to_degrees() * STEPS_PER_DEGREE;
+        (body.lux > 0.0 && body.direction.y > DARK).then(|| Self {
+            azimuth: azimuth.round() as i64,
+            elevation: elevation.round() as i64,
+            doublings_of_lux: doublings(body.lux),
+        })
+    }
+
+    fn direction(self) -> DVec3 {
+        let radians = |steps: i64| (steps as f64 / STEPS_PER_DEGREE).to_radians();
+        let ((east, north), (up, flat)) = (radians(self.azimuth).sin_cos(), radians(self.elevation).sin_cos());
+        DVec3::new(flat * north, up, flat * east)
+    }
+
+    fn lux(self) -> f64 {
+        (self.doublings_of_lux as f64 / STEPS_PER_DOUBLING).exp2()
+    }
+}
+
+/// Share of the light on the ground that clouds leave.
+fn left_by_clouds(clouds: f64) -> f64 {
+    1.0 - 0.75 * clouds.powf(3.4)
+}
+
+impl SkyLight {
+    /// Light of a body through air and clouds.
+    pub(crate) fn through(body: &Body, weather: &Weather) -> Self {
+        let passed = left_by_clouds(weather.clouds) * (1.0 - weather.clouds * weather.clouds);
+        let clear = air(doublings(weather.haze)).transmittance(body.direction.y);
+        Self { direction: body.direction, illuminance: clear * (body.lux * passed), radius: body.radius }
+    }
+}
+
+/// Radiance of a clear sky by one body: a table over the azimuth from it and the elevation, finer near the horizon.
+struct ClearSky {
+    source: DVec3,
+    table: Vec<DVec3>,
+    /// Illuminance of level ground by the body itself, lux.
+    direct: DVec3,
+}
+
+/// Steps of azimuth from the body, 0 to 180°, and of elevation.
+const AZIMUTHS: usize = 64;
+const ELEVATIONS: usize = 64;
+
+impl ClearSky {
+    fn new(body: RoundedBody, air: &Atmosphere) -> Self {
+        let (source, lux) = (body.direction(), body.lux());
+        // The table's body stands over +X.
+        let upright = DVec3::new(DVec2::new(source.x, source.z).length(), source.y, 0.0);
+        let row = |row: usize| {
+            let t = row as f64 / (ELEVATIONS - 1) as f64;
+            let (up, flat) = (FRAC_PI_2 * t * t).sin_cos();
+            let radiance = |column: usize| {
+                let (sin, cos) = (PI * column as f64 / (AZIMUTHS - 1) as f64).sin_cos();
+                air.radiance(DVec3::new(flat * cos, up, flat * sin), upright) * lux
+            };
+            (0..AZIMUTHS).map(radiance).collect::<Vec<_>>()
+        };
+        let table = map_in_parallel((0..ELEVATIONS).collect::<Vec<_>>().into_iter(), row).concat();
+        Self { source, table, direct: air.transmittance(source.y) * (lux * source.y.max(0.0)) }
+    }
+
+    fn radiance(&self, direction: DVec3) -> DVec3 {
+        let (flat, toward) = (DVec2::new(direction.x, direction.z), DVec2::new(self.source.x, self.source.z));
+        let between = flat.perp_dot(toward).abs().atan2(flat.dot(toward));
+        let column = between / PI * (AZIMUTHS - 1) as f64;
+        let elevation = direction.y.clamp(0.0, 1.0).asin();
+        let row = (elevation / FRAC_PI_2).sqrt() * (ELEVATIONS - 1) as f64;
+        let (x, y) = ((column as usize).min(AZIMUTHS - 2), (row as usize).min(ELEVATIONS - 2));
+        let (dx, dy) = (column - x as f64, row - y as f64);
+        let at = |x: usize, y: usize| self.table[y * AZIMUTHS + x];
+        at(x, y).lerp(at(x + 1, y), dx).lerp(at(x, y + 1).lerp(at(x + 1, y + 1), dx), dy)
+    }
+}
+
+impl Sky {
+    /// Sky of a weather, with sun and moon at their places to a twentieth of a degree.
+    pub(crate) fn of(weather: &Weather, bodies: &Bodies) -> Arc<Self> {
+        let key = SkyKey {
+            bodies: [RoundedBody::of(&bodies.sun), RoundedBody::of(&bodies.moon)],
+            doublings_of_haze: doublings(weather.haze),
+            clouds: (weather.clouds * STEPS_OF_CLOUDS).round() as i64,
+            glow: weather.glow.to_bits(),
+        };
+        kept(&MADE, key, || Self::new(key))
+    }
+
+    fn new(key: SkyKey) -> Self {
+        let air = air(key.doublings_of_haze);
+        let clouds = key.clouds as f64 / STEPS_OF_CLOUDS;
+        let left = left_by_clouds(clouds);
+        let texels: Vec<(DVec3, f64)> = (0..SIDE * SIDE)
+            .map(|i| {
+                let at = middle(i, SIDE);
+                (hemisphere(at), solid_angle(at, SIDE))
+            })
+            .collect();
+        let clear: Vec<ClearSky> = key.bodies.into_iter().flatten().map(|body| ClearSky::new(body, &air)).collect();
+        // Factor of each clear sky, and the zenith's luminance of the overcast one.
+        let (mut factors, mut zenith, mut direct) = (Vec::new(), 0.0, DVec3::ZERO);
+        for sky in &clear {
+            let diffuse: DVec3 = texels.iter().map(|&(at, angle)| sky.radiance(at) * (at.y * angle)).sum();
+            let (diffuse, beam) = (diffuse.dot(LUMINANCE), sky.direct.dot(LUMINANCE));
+            let of_sky = left * (diffuse + beam * clouds * clouds);
+            factors.push(if diffuse > 0.0 { (1.0 - clouds) * of_sky / diffuse } else { 0.0 });
+            zenith += clouds * of_sky * 9.0 / (7.0 * PI);
+            direct += sky.direct * (left * (1.0 - clouds * clouds));
+        }
+        let glow = f64::from_bits(key.glow);
+        let radiance = |at: DVec3| {
+            let clear: DVec3 = clear.iter().zip(&factors).map(|(sky, &factor)| sky.radiance(at) * factor).sum();
+            clear + zenith * (1.0 + 2.0 * at.y) / 3.0 + glow
+        };
+        let rows = map_in_parallel(texels.chunks(SIDE), |row: &[(DVec3, f64)]| {
+            row.iter().map(|&(at, _)| radiance(at)).collect::<Vec<_>>()
+        });
+        let (upper, mut harmonics, mut diffuse) = (rows.concat(), Harmonics::default(), DVec3::ZERO);
+        for (&(at, angle), &radiance) in texels.iter().zip(&upper) {
+            harmonics.add(at, radiance, angle);
+            diffuse += radiance * (at.y * angle);
+        }
+        let ground = (diffuse + direct) * (GROUND_ALBEDO / PI);
+        for &(at, angle) in &texels {
+            harmonics.add(DVec3::new(at.x, -at.y, at.z), ground, angle);
+        }
+        let horizontal = (diffuse + direct).dot(LUMINANCE);
+        // Half floats end at 65,504: white ground is 1, the brightest sky some 100.
+        let unit = (horizontal / PI).max(f64::MIN_POSITIVE);
+        let both = |at: DVec3| if at.y < 0.0 { ground } else { radiance(at) };
+        let map = SkyMap {
+            hemisphere: packed(&upper, unit),
+            sphere: prefilter::levels(both).map(|level| packed(&level, unit)),
+            unit,
+        };
+        Self { harmonics, map, ground, horizontal }
+    }
+}
+
+fn packed(texels: &[DVec3], unit: f64) -> Vec<SkyTexel> {
+    let pack = |texel: &DVec3| {
+        let [r, g, b] = (*texel / unit).min(DVec3::splat(65_504.0)).to_array().map(|c| f16::from_f64(c).to_bits());
+        [r, g, b, f16::ONE.to_bits()]
+    };
+    texels.iter().map(pack).collect()
+}
