@@ -4,7 +4,7 @@
 // The surroundings in a direction: the material's picture all around, or the sky. Blur 0..1.
 fn environment(material: Material, direction: vec3f, blur: f32) -> vec3f {
     if !ENVIRONMENT_MAP {
-        return sky_blurred(direction, blur);
+        return sky_mirrored(direction, blur);
     }
     // Equirectangular: −Z in the middle, +X to its right.
     let level = blur * f32(textureNumLevels(height_or_environment_maps) - 1u);

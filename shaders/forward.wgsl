@@ -295,7 +295,7 @@ fn lit(surface: Surface, bump: Bump, material: Material, instance: Instance, occ
         around += environment(material, shifted_mirror(surface, bump.offset), blur);
         color += select(surface.specular, mirrored_share(surface), is_ggx()) * around * occlusion;
     } else if is_ggx() && !is_emboss() {
-        around += sky_blurred(mirror, sqrt(surface.gloss));
+        around += sky_mirrored(mirror, sqrt(surface.gloss));
         color += mirrored_share(surface) * around * occlusion;
     }
     return color;
@@ -338,6 +338,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
         surface = widened(surface, bump.slopes, curved);
     }
     find_shadows(in, dp_dx, dp_dy);
+    find_openness(in.position, select(-in.normal, in.normal, front));
     var color = surface.diffuse;
     if DEBUG != 0u {
         color = debug_color(surface, bump, base.rgb, instance, in.tangent.xyz);

@@ -13,6 +13,14 @@ struct Sky {
     sun_radiance: vec4f,
     moon: vec4f,
     moon_radiance: vec4f,
+    // Diffuse light from above, of the sky alone.
+    up: vec3f,
+    pad0: u32,
+    // World space of the first brick of openness, and the bricks along each axis of their textures.
+    openness_origin: vec3f,
+    pad1: u32,
+    openness_bricks: vec3u,
+    pad2: u32,
 }
 
 @group(0) @binding(3) var<uniform> sky: Sky;
@@ -49,11 +57,8 @@ fn sky_blurred(direction: vec3f, roughness: f32) -> vec3f {
     return mix(sky_radiance(direction), half_and_half, roughness);
 }
 
-// The light of all of the sky on a surface: what a white one shows. A gradient gives none: `ambient` stands for it.
-fn sky_diffuse(n: vec3f) -> vec3f {
-    if !ATMOSPHERE {
-        return vec3f(0.0);
-    }
+// The light of the upper half on a surface that sees all of it: what a white one shows.
+fn upper_diffuse(n: vec3f) -> vec3f {
     let linear = sky.harmonics[1].rgb * n.y + sky.harmonics[2].rgb * n.z + sky.harmonics[3].rgb * n.x;
     let products = sky.harmonics[4].rgb * (n.x * n.y) + sky.harmonics[5].rgb * (n.y * n.z)
         + sky.harmonics[7].rgb * (n.x * n.z);

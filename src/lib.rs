@@ -38,7 +38,6 @@ pub use {bevy_ecs, glam, systems, wgpu};
 pub mod animation;
 #[cfg(feature = "window")]
 pub mod app;
-mod box_tree;
 pub mod check;
 #[cfg(feature = "cli")]
 pub mod commands;
@@ -59,7 +58,6 @@ pub mod sense;
 pub mod session;
 #[cfg(feature = "tools")]
 pub mod tools;
-mod triangle_tree;
 pub mod video;
 pub mod viewpoint;
 

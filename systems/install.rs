@@ -20,8 +20,9 @@ use crate::draw::hooks;
 use crate::draw::incomplete::Incomplete;
 use crate::draw::instances::InstanceTable;
 use crate::draw::list::DrawList;
-use crate::draw::sky::WeatherLights;
 use crate::draw::materials::MaterialTable;
+use crate::draw::openness::OpennessState;
+use crate::draw::sky::WeatherLights;
 use crate::ecs::clock::{Clock, Seed};
 use crate::ecs::parallel::set_threads;
 use crate::ecs::stats::FrameStats;
@@ -82,6 +83,7 @@ pub fn core(world: &mut World) {
     world.insert_resource(Environment::default());
     world.init_resource::<WeatherTimeline>();
     world.init_resource::<WeatherLights>();
+    world.init_resource::<OpennessState>();
 }
 
 /// Inputs, and the state that hashes, snapshots and recordings go by. Steps need it.

@@ -5,7 +5,7 @@
 
 use crate::assets::{levels, tangents};
 use crate::cells::doors;
-use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces, sky};
+use crate::draw::{batches, incomplete, instances, light_records, list, materials, openness, pieces, sky};
 use crate::ecs::stats::{self, Stage, lap};
 use crate::ecs::{clock, sub_steps};
 use crate::lights::{floods, selection};
@@ -191,6 +191,8 @@ pub fn frame_schedule() -> Schedule {
             (instances::update_instances, lap(Stage::Instances, "update_instances")).chain(),
             // Slots are final: list their pages by draw.
             (batches::update_batches, lap(Stage::Batches, "update_batches"), list::count).chain(),
+            // What hides the sky, by all that is drawn.
+            (openness::update_openness, lap(Stage::Lights, "update_openness")).chain(),
         )
             .chain()
             .in_set(DrawList),

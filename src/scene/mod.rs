@@ -39,6 +39,7 @@ mod vehicle_types;
 
 pub use error::SceneError;
 pub(crate) use format::sensors::read_with_rate;
+pub use format::weather::preset as weather_preset;
 pub use prepared::LoadedScene;
 pub use read::custom_fields::{EntityField, SceneField, SceneFields};
 pub use read::overrides::Overrides;

@@ -15,8 +15,8 @@ use systems::assets::Library;
 use systems::draw::Environment;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::registry;
-use systems::space::{Aabb, GeoOrigin};
 use systems::space::origin::Origin;
+use systems::space::{Aabb, GeoOrigin};
 use systems::weather::WeatherTimeline;
 
 /// A scene that is in the world: its cameras, and what a person should know.

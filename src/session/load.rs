@@ -12,6 +12,7 @@ use std::path::Path;
 use systems::Simulation;
 use systems::assets::Library;
 use systems::assets::texture_memory::{self, Reduced};
+use systems::weather::Weather;
 
 /// Options of loading a scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -31,6 +32,8 @@ pub struct LoadOptions {
     pub keep_texels: bool,
     /// In the place of the scene's own seed.
     pub seed: Option<u64>,
+    /// Weather that a run begins with, by an input, if it is not replayed and begins from no snapshot.
+    pub weather: Option<Weather>,
     /// Called as loading begins; what it returns is dropped when the files are read. For a bar that shows
     /// [`crate::import::progress::counts`], say.
     #[serde(skip)]
@@ -51,6 +54,7 @@ impl Default for LoadOptions {
             texture_bytes,
             keep_texels: true,
             seed: None,
+            weather: None,
             watch: None,
         }
     }

@@ -16,6 +16,7 @@ use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::inputs::{Input, Inputs};
 use systems::run::registry::EntityRegistry;
+use systems::run::standard_inputs::SetWeather;
 use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, snapshot, state_hash};
@@ -268,6 +269,11 @@ impl Session {
         let warning = recording.as_ref().and_then(Recording::warning);
         self.scene.warnings.extend(warning.into_iter().inspect(|warning| tracing::warn!("{warning}")));
         (self.recording, self.recorder) = (recording, recorder);
+        if let Source::File(LoadOptions { weather: Some(weather), .. }) = &self.source
+            && files.from_snapshot.is_none()
+        {
+            self.apply(SetWeather { weather: weather.clone(), over_seconds: 0.0 })?;
+        }
         Ok(())
     }
 

@@ -16,7 +16,6 @@
 //! The rasteriser moves vertices by a fraction of a pixel, so at outlines a pixel may show an object that the ray
 //! through its centre passes by. Rays through the corners of a square of that fraction look for it then.
 
-use crate::box_tree::{BoxRay, BoxTree, Open, Quality};
 use crate::renderer::{TracedRow, TracedShadows};
 use bevy_ecs::entity::EntityIndex;
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A, Vec4Swizzles};
@@ -28,6 +27,7 @@ use systems::draw::{BatchKey, InstanceRecord, Projection, View};
 use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
 use systems::lights::{Light, LightLists, LightRecord, LightTable, NO_LIGHT, NoShadow, SelectedLights};
+use systems::space::box_tree::{BoxRay, BoxTree, Open, Quality};
 
 /// Largest error of a computed place, relative to the sizes that went into it. Meshes, transforms and lights are
 /// floats; each rounds by 2⁻²⁴. Sixteen of these are more than a product and sum of three takes.

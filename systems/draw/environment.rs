@@ -18,7 +18,8 @@ pub struct Environment {
     pub ground: Vec3,
     /// Times every pixel before the tone map.
     pub exposure: f32,
-    /// Exposure follows the sky, if it is an atmosphere: such that a white surface on open ground would show `exposure`.
+    /// By day, exposure follows the sky of an atmosphere: white shows `exposure` in the mean of level ground and a wall
+    /// that faces the sun, instead of more. By night it stays as it is.
     pub auto_exposure: bool,
     /// From HDR to the screen.
     pub tone_map: ToneMap,

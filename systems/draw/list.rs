@@ -11,9 +11,9 @@
 //! ```
 
 use super::environment::Environment;
-use super::sky::DrawnSky;
 use super::instance_records::InstanceSlots;
 use super::records::MaterialRecord;
+use super::sky::DrawnSky;
 use crate::assets::image::{Image, ImageId, Texels};
 use crate::assets::material::{AlphaMode, MAP_COUNT, Sampler, Shading};
 use crate::assets::mesh::MeshId;
@@ -54,6 +54,8 @@ pub struct LightFeatures {
     pub sizes: bool,
     /// A sky that is an atmosphere, in this frame.
     pub atmosphere: bool,
+    /// Objects that hide such a sky, in this frame.
+    pub openness: bool,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.

@@ -21,6 +21,7 @@ pub(crate) mod intrinsics;
 pub(crate) mod light_records;
 pub(crate) mod list;
 pub(crate) mod materials;
+pub(crate) mod openness;
 pub(crate) mod pages;
 pub mod pieces;
 pub(crate) mod records;

@@ -34,7 +34,7 @@ pub struct InstanceRecord {
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct SkyRecord {
-    /// Diffuse light by the normal: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz and x² − y², linear RGB.
+    /// Diffuse light of the upper half by the normal: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz and x² − y², linear RGB.
     pub harmonics: [[f32; 4]; 9],
     /// Radiance of the ground, linear RGB.
     pub ground: [f32; 3],
@@ -48,6 +48,18 @@ pub struct SkyRecord {
     pub moon: [f32; 4],
     /// Radiance of the moon's disc, linear RGB; the fourth is 0.
     pub moon_radiance: [f32; 4],
+    /// Diffuse light from above, linear RGB: of the sky alone.
+    pub up: [f32; 3],
+    /// Not used.
+    pub pad0: u32,
+    /// World space of the first brick of openness, metres.
+    pub openness_origin: [f32; 3],
+    /// Not used.
+    pub pad1: u32,
+    /// Bricks of openness along each axis of their textures.
+    pub openness_bricks: [u32; 3],
+    /// Not used.
+    pub pad2: u32,
 }
 
 /// One material. Mirrors `Material`; the fields are [`crate::assets::Material`]'s. What every pixel reads comes first.

@@ -10,14 +10,13 @@ use crate::lights::components::Light;
 use crate::lights::relevance::LUMINANCE;
 use crate::space::transform::Transform;
 use crate::weather::current::CurrentSky;
+use crate::weather::openness::bricks::Openness;
 use crate::weather::sky::{Sky, SkyLight};
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Illuminance of a street lit by lamps, below which automatic exposure opens no further: lux.
-const DARK_STREET: f64 = 20.0;
 /// Part of the world's unit below which sun and moon are off.
 const OFF: f32 = 1e-9;
 
@@ -26,8 +25,20 @@ const OFF: f32 = 1e-9;
 pub struct DrawnSky {
     /// Map of its radiance. Equal pointers have equal maps.
     pub sky: Arc<Sky>,
+    /// How much of it each place sees; `None`: all of it everywhere.
+    pub openness: Option<Arc<Openness>>,
     /// Constants for shaders.
     pub record: SkyRecord,
+}
+
+impl DrawnSky {
+    pub(crate) fn set_openness(&mut self, openness: Option<Arc<Openness>>) {
+        if let Some(openness) = &openness {
+            self.record.openness_origin = openness.origin.to_array();
+            self.record.openness_bricks = openness.texture_bricks.to_array();
+        }
+        self.openness = openness;
+    }
 }
 
 /// Marks the lights of sun and moon, which follow from the weather: they are no state and have no number.
@@ -52,10 +63,11 @@ pub(crate) fn follow_weather(world: &mut World) {
     if let Some(current) = &current
         && environment.auto_exposure
     {
-        list.environment.exposure *= (lux / current.sky.horizontal.max(DARK_STREET)) as f32;
+        list.environment.exposure *= (lux / current.sky.daylight).min(1.0) as f32;
     }
     list.light_features.atmosphere = current.is_some();
-    list.sky = current.map(|current| DrawnSky { record: record(&current, lux), sky: current.sky });
+    list.light_features.openness = false;
+    list.sky = current.map(|current| DrawnSky { record: record(&current, lux), sky: current.sky, openness: None });
 }
 
 /// Keeps a body's light; without any, the entity goes.
@@ -111,5 +123,7 @@ fn record(current: &CurrentSky, lux: f64) -> SkyRecord {
         sun_radiance,
         moon,
         moon_radiance,
+        up: (sky.harmonics.irradiance(DVec3::Y) / lux).as_vec3().to_array(),
+        ..SkyRecord::default()
     }
 }

@@ -117,7 +117,8 @@ impl EntityRegistry {
 /// stands for one is built. Pieces of objects and the lights of sun and moon follow
 /// from these and have no number, nor have resources and observers.
 pub fn register_all(world: &mut World) {
-    let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>, Without<WeatherLight>)>();
+    let mut all = world
+        .query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>, Without<WeatherLight>)>();
     let mut scene: Vec<Entity> = all.iter(world).collect();
     // In a world that has only grown, the order of indices is that of spawning.
     scene.sort_unstable_by_key(|entity| entity.index_u32());

@@ -101,7 +101,8 @@ mod tests {
 
     #[test]
     fn a_date_comes_back_as_it_was_written() {
-        for text in ["1900-01-01T00:00:00Z", "2026-06-21T12:00:00Z", "2026-06-21T12:00:00.25Z", "2100-12-31T23:59:59Z"] {
+        for text in ["1900-01-01T00:00:00Z", "2026-06-21T12:00:00Z", "2026-06-21T12:00:00.25Z", "2100-12-31T23:59:59Z"]
+        {
             assert_eq!(text.parse::<Date>().expect(text).to_string(), text);
         }
     }

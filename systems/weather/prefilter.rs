@@ -53,7 +53,8 @@ pub(super) fn levels(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> [Vec<DVec3>; L
         let lobe = Lobe::new(level as f64 / (LEVELS - 1) as f64);
         rows(SIDE >> level, &|normal| lobe.mirrored(&sources, normal))
     };
-    let mut levels: [Vec<DVec3>; LEVELS] = std::array::from_fn(|level| if level == 0 { Vec::new() } else { blurred(level) });
+    let mut levels: [Vec<DVec3>; LEVELS] =
+        std::array::from_fn(|level| if level == 0 { Vec::new() } else { blurred(level) });
     levels[0] = std::mem::take(&mut sources[0].texels);
     levels
 }

@@ -23,7 +23,7 @@ pub const PRESETS: [Preset; 5] = [
     Preset { name: "clear_noon", sun: 55.0, moon: None, haze: 40_000.0, clouds: 0.0 },
     Preset { name: "overcast", sun: 40.0, moon: None, haze: 20_000.0, clouds: 1.0 },
     Preset { name: "golden_hour", sun: 6.0, moon: None, haze: 25_000.0, clouds: 0.1 },
-    Preset { name: "dusk", sun: -3.0, moon: None, haze: 30_000.0, clouds: 0.1 },
+    Preset { name: "dusk", sun: -5.0, moon: None, haze: 30_000.0, clouds: 0.1 },
     Preset { name: "night", sun: -40.0, moon: Some(35.0), haze: 40_000.0, clouds: 0.0 },
 ];
 

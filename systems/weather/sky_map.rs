@@ -42,11 +42,8 @@ pub fn hemisphere(at: DVec2) -> DVec3 {
 /// Direction of a place in the square of the sphere: x and z on the octahedron, the lower half folded outward.
 pub fn sphere(at: DVec2) -> DVec3 {
     let y = 1.0 - at.x.abs() - at.y.abs();
-    let folded = if y < 0.0 {
-        DVec2::new((1.0 - at.y.abs()).copysign(at.x), (1.0 - at.x.abs()).copysign(at.y))
-    } else {
-        at
-    };
+    let folded =
+        if y < 0.0 { DVec2::new((1.0 - at.y.abs()).copysign(at.x), (1.0 - at.x.abs()).copysign(at.y)) } else { at };
     DVec3::new(folded.x, y, folded.y).normalize()
 }
 

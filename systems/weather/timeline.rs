@@ -59,11 +59,7 @@ mod tests {
     }
 
     fn sun(azimuth: f64, elevation: f64) -> Weather {
-        Weather {
-            sun_azimuth_degrees: Some(azimuth),
-            sun_elevation_degrees: Some(elevation),
-            ..Weather::default()
-        }
+        Weather { sun_azimuth_degrees: Some(azimuth), sun_elevation_degrees: Some(elevation), ..Weather::default() }
     }
 
     #[test]

@@ -121,7 +121,8 @@ impl Described for Weather {
                 [None, Some(_)] => azimuth,
                 _ => return,
             };
-            let message = format!("expected azimuth and elevation of the {body}, or none of them; {missing} is missing");
+            let message =
+                format!("expected azimuth and elevation of the {body}, or none of them; {missing} is missing");
             let given = if missing == azimuth { elevation } else { azimuth };
             faults.push(Trail::default().field(given).fault(message));
         };

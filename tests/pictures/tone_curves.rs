@@ -21,7 +21,8 @@ fn pixels_are_what_the_curve_makes_of_the_linear_colours() {
         for (sky, exposure) in [(gradient, 0.02), (gradient, 1.0), (gradient, 20.0), (plain, 1.5)] {
             let [zenith, horizon, ground] = sky;
             let ambient = Vec3::ZERO;
-            let environment = Environment { ambient, zenith, horizon, ground, exposure, tone_map: curve, ..Environment::default() };
+            let environment =
+                Environment { ambient, zenith, horizon, ground, exposure, tone_map: curve, ..Environment::default() };
             simulation.world.insert_resource(environment);
             let picture = headless.draw(&mut simulation, camera, (128, 72)).expect("a picture");
             let linear = headless.renderer.read_linear().expect("prepared");

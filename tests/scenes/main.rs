@@ -18,6 +18,7 @@ mod shaders;
 mod templates;
 mod values;
 mod vehicles;
+mod weather;
 mod worlds;
 
 use crate::common::prelude::*;

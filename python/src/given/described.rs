@@ -1,7 +1,7 @@
 //! Fields of what is described: taken from keywords, and shown, by the JSON schemas of their structs. So what a field
 //! is stands once, beside it.
 
-use crate::errors::Failure;
+use crate::errors::{Failure, Outcome};
 use crate::given::arguments::{Given, Keywords, Names, Row, finite, found, items, number, required, wrong_type};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -12,6 +12,7 @@ use relief::sense::record_schemas;
 use relief::systems::describe::{Described, Field, check, fields_of, names, schema};
 use relief::systems::lights::LightFields;
 use relief::systems::sensors::{Rate, SensorKind};
+use relief::systems::weather::Weather;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -27,6 +28,7 @@ pub fn descriptions() -> String {
         "rate": schema::<Rate>(),
         "readings": record_schemas().iter().copied().collect::<BTreeMap<_, _>>(),
         "sensor": schema::<SensorKind>(),
+        "weather": schema::<Weather>(),
     });
     all.to_string()
 }
@@ -60,6 +62,11 @@ pub fn take(
 
 /// Reads fields that were taken, and checks them.
 pub fn read<T: Described>(fields: Value) -> PyResult<T> {
+    Ok(checked(fields)?)
+}
+
+/// Does the same without Python.
+pub fn checked<T: Described>(fields: Value) -> Outcome<T> {
     let value: T = serde_json::from_value(fields).map_err(|error| Failure::value(error.to_string()))?;
     check(&value).map_err(|fault| Failure::value(fault.to_string()))?;
     Ok(value)

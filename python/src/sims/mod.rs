@@ -9,3 +9,4 @@ pub mod roads;
 pub mod sharing;
 pub mod sim;
 mod spawning;
+mod weather;

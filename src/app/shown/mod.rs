@@ -3,7 +3,7 @@
 //! ```text
 //! legend                            colour bars
 //! entities, details, object_lights, light_editor, description_editor
-//! sensor_panel                      switches of sensors
+//! sensor_panel, weather_panel       switches of sensors, weather
 //! panel                             all of these
 //! sensor_thumbnails                 thumbnails of sensors, and the one in full size
 //! overlay, sensor_overlay           lines to lights over the scene; frusta and points
@@ -20,3 +20,4 @@ pub mod panel;
 pub mod sensor_overlay;
 mod sensor_panel;
 pub mod sensor_thumbnails;
+mod weather_panel;

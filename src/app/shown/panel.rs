@@ -3,7 +3,7 @@
 use crate::app::control::input::{Command, KEYS, POINTER};
 use crate::app::shown::details::{self, row};
 use crate::app::shown::entities::EntityList;
-use crate::app::shown::{legend, light_editor, object_lights, sensor_panel};
+use crate::app::shown::{legend, light_editor, object_lights, sensor_panel, weather_panel};
 use crate::app::timing::Timing;
 use crate::app::viewer::Viewer;
 use crate::name;
@@ -58,6 +58,9 @@ impl SidePanel {
             section(ui, "Clock", true, |ui| command = clock(ui, viewer));
             section(ui, "Picture", true, |ui| picture(ui, viewer));
             section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
+            section(ui, "Weather", false, |ui| {
+                weather_panel::show(ui, &mut viewer.session.simulation.world);
+            });
             let sensors = sensor_names(&mut viewer.session.simulation.world);
             if !sensors.is_empty() {
                 section(ui, "Sensors", true, |ui| sensor_panel::show(ui, viewer, &sensors));
@@ -174,7 +177,7 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
 }
 
 /// A name, and its choices in a line that wraps.
-fn choice(ui: &mut Ui, name: &str, choices: impl FnOnce(&mut Ui)) {
+pub(super) fn choice(ui: &mut Ui, name: &str, choices: impl FnOnce(&mut Ui)) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         ui.weak(name);

@@ -5,6 +5,7 @@ use crate::commands::common::progress;
 use crate::frames::{FrameJob, Frames, OutputKind, RunJob};
 use crate::recording::RunFiles;
 use crate::renderer::{DebugView, Occlusion, Settings};
+use crate::scene::weather_preset;
 use crate::session::LoadOptions;
 use clap::builder::TypedValueParser;
 use clap::{ArgAction, Args};
@@ -13,6 +14,7 @@ use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::texture_memory::DEFAULT_MEGABYTES;
 use systems::lights::LightPolicy;
+use systems::weather::Weather;
 
 const LIGHTS_HELP: &str = "Light all objects by one policy instead of the scene's. ";
 const DEBUG_HELP: &str = "Draw a debug view instead of the shaded picture: ";
@@ -70,6 +72,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES)]
     #[arg(value_parser = arguments::whole(1u64..=1 << 20))]
     pub texture_memory: u64,
+    /// Weather in place of the scene's: clear_noon, overcast, golden_hour, dusk, night (docs/weather.md)
+    #[arg(long, value_name = "NAME", value_parser = weather_preset)]
+    pub weather: Option<Weather>,
     #[command(flatten)]
     pub threads: ThreadsArgs,
 }
@@ -80,6 +85,7 @@ impl ViewArgs {
             compress: self.compress,
             cache: !self.no_cache,
             texture_bytes: self.texture_memory << 20,
+            weather: self.weather.clone(),
             ..loading()
         }
     }

@@ -299,7 +299,14 @@ impl Renderer {
         self.stats.asset_bytes += self.assets.textures.upload(&self.gpu, frame.list, frame.library)?;
         let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();
         self.assets.note(frame);
-        self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.skies, &mut self.stats)?;
+        self.own.tables.upload(
+            &self.gpu,
+            frame,
+            &self.own.shadow_maps.by_slot,
+            &records,
+            &mut self.skies,
+            &mut self.stats,
+        )?;
         let textures = self.assets.textures.version();
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
         // Views that shade nothing are no reason to draw what those before them left out.

@@ -10,6 +10,7 @@ macro_rules! forward {
         shader!(
             "types.wgsl",
             "sky.wgsl",
+            "openness.wgsl",
             "bump.wgsl",
             "bumped.wgsl",
             "height_field.wgsl",

@@ -250,7 +250,7 @@ impl Pipelines {
 }
 
 /// Override constants of the forward shader in a pass, for objects of one pipeline.
-pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 20] {
+pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 21] {
     let (lights, debug, specular_aa, emboss) = match pass {
         Pass::Color { lights, debug, specular_aa, emboss, .. } => (lights, debug, specular_aa, emboss),
         Pass::Outputs(_) => (LightFeatures::default(), DebugView::Off, false, None),
@@ -273,6 +273,7 @@ pub(crate) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("SUNS_WITH_SHADOWS", f64::from(u32::from(lights.sun_shadows))),
         ("LIGHTS_WITH_SIZES", f64::from(u32::from(lights.sizes))),
         ("ATMOSPHERE", f64::from(u32::from(lights.atmosphere))),
+        ("OPENNESS", f64::from(u32::from(lights.openness))),
         ("SPECULAR_AA", f64::from(u32::from(specular_aa))),
         ("DEBUG", f64::from(debug as u32)),
         ("EMBOSS_STEP", f64::from(emboss_step)),
@@ -306,11 +307,9 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         format: wgpu::TextureFormat::Rgba32Uint,
         view_dimension: wgpu::TextureViewDimension::D2,
     };
-    let sky_map = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-        view_dimension: wgpu::TextureViewDimension::D2Array,
-        multisampled: false,
-    };
+    let filtered = wgpu::TextureSampleType::Float { filterable: true };
+    let sampled =
+        |view_dimension, sample_type| wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("frame"),
         entries: &[
@@ -318,8 +317,15 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             entry(1, all, table),
             entry(2, all, buffer(wgpu::BufferBindingType::Uniform)),
             entry(3, wgpu::ShaderStages::FRAGMENT, buffer(wgpu::BufferBindingType::Uniform)),
-            entry(4, wgpu::ShaderStages::FRAGMENT, sky_map),
+            entry(4, wgpu::ShaderStages::FRAGMENT, sampled(wgpu::TextureViewDimension::D2Array, filtered)),
             entry(5, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            entry(
+                6,
+                wgpu::ShaderStages::FRAGMENT,
+                sampled(wgpu::TextureViewDimension::D3, wgpu::TextureSampleType::Uint),
+            ),
+            entry(7, wgpu::ShaderStages::FRAGMENT, sampled(wgpu::TextureViewDimension::D3, filtered)),
+            entry(8, wgpu::ShaderStages::FRAGMENT, sampled(wgpu::TextureViewDimension::D3, filtered)),
         ],
     })
 }

@@ -1,43 +1,93 @@
-//! Sky of a world on the device: constants, and a map that worlds under the same sky share.
+//! Sky of a world on the device: constants, a map of its radiance, and openness in bricks. Worlds under the same sky
+//! share the map, those with the same openness its textures.
 
 use crate::renderer::gpu::device::Gpu;
 use std::sync::{Arc, Weak};
 use systems::draw::{DrawnSky, SkyRecord};
+use systems::weather::openness::Openness;
 use systems::weather::{Sky, SkyMap};
 
-/// Maps that are on the device, as long as their skies live.
+/// Maps and openness that are on the device, as long as what they are made of lives.
 #[derive(Debug, Default)]
-pub(crate) struct SkyTextures(Vec<(Weak<Sky>, wgpu::TextureView)>);
+pub(crate) struct SkyTextures {
+    maps: Vec<(Weak<Sky>, wgpu::TextureView)>,
+    openness: Vec<(Weak<Openness>, OpennessViews)>,
+}
 
-impl SkyTextures {
-    /// The map of a sky, and the bytes that were uploaded for it.
-    fn map(&mut self, gpu: &Gpu, sky: &Arc<Sky>) -> (wgpu::TextureView, u64) {
-        self.0.retain(|(known, _)| known.strong_count() > 0);
-        let known = self.0.iter().find(|(known, _)| known.as_ptr() == Arc::as_ptr(sky));
-        if let Some((_, view)) = known {
-            return (view.clone(), 0);
-        }
-        let map = &sky.map;
-        let texture = texture(&gpu.device, SkyMap::SIDE as u32, map.sphere.len() as u32);
-        let levels = map.sphere.iter().map(|level| (1, &level[..]));
-        let mut bytes = 0;
-        for ((layer, texels), level) in levels.zip(0..).chain([((0, &map.hemisphere[..]), 0)]) {
-            let (side, texels) = (SkyMap::SIDE as u32 >> level, bytemuck::cast_slice(texels));
-            let origin = wgpu::Origin3d { z: layer, ..wgpu::Origin3d::ZERO };
-            let target = wgpu::TexelCopyTextureInfo { mip_level: level, origin, ..texture.as_image_copy() };
-            let layout = wgpu::TexelCopyBufferLayout { bytes_per_row: Some(side * 8), ..Default::default() };
-            let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
-            gpu.queue.write_texture(target, texels, layout, size);
-            bytes += texels.len() as u64;
-        }
-        let view = view(&texture);
-        self.0.push((Arc::downgrade(sky), view.clone()));
-        (view, bytes)
+/// Table of bricks, and their openness to the sides and upward.
+type OpennessViews = [wgpu::TextureView; 3];
+
+/// The device's copy of a value, and the bytes that were uploaded for it.
+fn of<T, V: Clone>(known: &mut Vec<(Weak<T>, V)>, value: &Arc<T>, upload: impl FnOnce(&T) -> (V, u64)) -> (V, u64) {
+    known.retain(|(own, _)| own.strong_count() > 0);
+    if let Some((_, view)) = known.iter().find(|(own, _)| own.as_ptr() == Arc::as_ptr(value)) {
+        return (view.clone(), 0);
     }
+    let (view, bytes) = upload(value);
+    known.push((Arc::downgrade(value), view.clone()));
+    (view, bytes)
+}
+
+fn upload_map(gpu: &Gpu, map: &SkyMap) -> (wgpu::TextureView, u64) {
+    let texture = map_texture(&gpu.device, SkyMap::SIDE as u32, map.sphere.len() as u32);
+    let levels = map.sphere.iter().map(|level| (1, &level[..]));
+    let mut bytes = 0;
+    for ((layer, texels), level) in levels.zip(0..).chain([((0, &map.hemisphere[..]), 0)]) {
+        let (side, texels) = (SkyMap::SIDE as u32 >> level, bytemuck::cast_slice(texels));
+        let origin = wgpu::Origin3d { z: layer, ..wgpu::Origin3d::ZERO };
+        let target = wgpu::TexelCopyTextureInfo { mip_level: level, origin, ..texture.as_image_copy() };
+        let layout = wgpu::TexelCopyBufferLayout { bytes_per_row: Some(side * 8), ..Default::default() };
+        let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+        gpu.queue.write_texture(target, texels, layout, size);
+        bytes += texels.len() as u64;
+    }
+    (map_view(&texture), bytes)
+}
+
+fn upload_openness(gpu: &Gpu, openness: &Openness) -> (OpennessViews, u64) {
+    let texels = (openness.texture_bricks * Openness::CORNERS).to_array();
+    let all: [(_, _, &[u8]); 3] = [
+        (openness.table_size.to_array(), TABLE, bytemuck::cast_slice(&openness.table)),
+        (texels, SIDES, bytemuck::cast_slice(&openness.sides)),
+        (texels, UP, &openness.up),
+    ];
+    let bytes = all.iter().map(|(_, _, texels)| texels.len() as u64).sum();
+    let views = all.map(|(size, format, texels)| {
+        let texture = volume(&gpu.device, size, format);
+        let [width, height, depth_or_array_layers] = size;
+        let bytes_per_row = texels.len() as u32 / (height * depth_or_array_layers);
+        let layout = wgpu::TexelCopyBufferLayout {
+            bytes_per_row: Some(bytes_per_row),
+            rows_per_image: Some(height),
+            ..Default::default()
+        };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers };
+        gpu.queue.write_texture(texture.as_image_copy(), texels, layout, size);
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    });
+    (views, bytes)
+}
+
+const TABLE: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+const SIDES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+const UP: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+/// A texture of three dimensions.
+fn volume(device: &wgpu::Device, [width, height, depth]: [u32; 3], format: wgpu::TextureFormat) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("openness"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
 }
 
 /// Two layers: the upper half, and the sphere with its levels.
-fn texture(device: &wgpu::Device, side: u32, levels: u32) -> wgpu::Texture {
+fn map_texture(device: &wgpu::Device, side: u32, levels: u32) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some("sky"),
         size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 2 },
@@ -50,7 +100,7 @@ fn texture(device: &wgpu::Device, side: u32, levels: u32) -> wgpu::Texture {
     })
 }
 
-fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+fn map_view(texture: &wgpu::Texture) -> wgpu::TextureView {
     let dimension = Some(wgpu::TextureViewDimension::D2Array);
     texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..wgpu::TextureViewDescriptor::default() })
 }
@@ -61,6 +111,7 @@ pub(crate) struct SkyBinding {
     record: wgpu::Buffer,
     map: wgpu::TextureView,
     sampler: wgpu::Sampler,
+    openness: OpennessViews,
     uploaded: SkyRecord,
     /// Changes whenever bind groups are to be made anew.
     pub version: u32,
@@ -82,16 +133,25 @@ impl SkyBinding {
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
             ..wgpu::SamplerDescriptor::default()
         });
-        let map = view(&texture(device, 1, 1));
-        Self { record, map, sampler, uploaded: SkyRecord::default(), version: 0 }
+        let map = map_view(&map_texture(device, 1, 1));
+        let nothing = |format| volume(device, [1; 3], format).create_view(&wgpu::TextureViewDescriptor::default());
+        let openness = [TABLE, SIDES, UP].map(nothing);
+        Self { record, map, sampler, openness, uploaded: SkyRecord::default(), version: 0 }
     }
 
     /// Uploads a sky; returns the bytes. Without one, nothing reads it.
     pub fn upload(&mut self, gpu: &Gpu, sky: Option<&DrawnSky>, textures: &mut SkyTextures) -> u64 {
         let Some(sky) = sky else { return 0 };
-        let (map, mut bytes) = textures.map(gpu, &sky.sky);
+        let (map, mut bytes) = of(&mut textures.maps, &sky.sky, |sky| upload_map(gpu, &sky.map));
         if self.map != map {
             (self.map, self.version) = (map, self.version + 1);
+        }
+        if let Some(openness) = &sky.openness {
+            let (views, more) = of(&mut textures.openness, openness, |openness| upload_openness(gpu, openness));
+            bytes += more;
+            if self.openness != views {
+                (self.openness, self.version) = (views, self.version + 1);
+            }
         }
         if self.uploaded != sky.record {
             let record = bytemuck::bytes_of(&sky.record);
@@ -102,10 +162,11 @@ impl SkyBinding {
         bytes
     }
 
-    /// Constants, map and sampler, in the order of their bindings.
-    pub fn resources(&self) -> [wgpu::BindingResource<'_>; 3] {
-        let Self { record, map, sampler, .. } = self;
-        let (map, sampler) = (wgpu::BindingResource::TextureView(map), wgpu::BindingResource::Sampler(sampler));
-        [record.as_entire_binding(), map, sampler]
+    /// Constants, map, sampler and openness, in the order of their bindings.
+    pub fn resources(&self) -> [wgpu::BindingResource<'_>; 6] {
+        let texture = wgpu::BindingResource::TextureView;
+        let [table, sides, up] = self.openness.each_ref().map(texture);
+        let sampler = wgpu::BindingResource::Sampler(&self.sampler);
+        [self.record.as_entire_binding(), texture(&self.map), sampler, table, sides, up]
     }
 }

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use systems::describe::Described;
-use systems::space::wgs84::Geodetic;
 use systems::space;
 use systems::space::FARTHEST;
+use systems::space::wgs84::Geodetic;
 
 /// Place of a scene on Earth.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug)]

@@ -143,7 +143,8 @@ pub struct Environment {
     /// Factor of linear colours before the tone map.
     #[schemars(range(min = 0.0, max = 1e6))]
     pub exposure: f32,
-    /// Exposure also follows the sky of an [atmosphere](weather.md): a white surface on open ground shows `exposure`.
+    /// By day, exposure follows the sky of an [atmosphere](weather.md): white shows `exposure` in the mean of level
+    /// ground and a wall that faces the sun, instead of more. By night it stays as it is.
     pub auto_exposure: bool,
     /// Curve from linear colours to those of a picture.
     pub tone_map: draw::ToneMap,

@@ -2,7 +2,6 @@
 
 use crate::scene::format::earth::GeoOrigin;
 use crate::scene::format::scene::{Environment, Scene};
-use crate::scene::format::weather::GivenWeather;
 use serde::Deserialize;
 
 /// Fields in the place of a scene file's own, read and checked as these. By default there are none.
@@ -13,25 +12,21 @@ pub struct Overrides {
     step_seconds: Option<f64>,
     geo_origin: Option<GeoOrigin>,
     environment: Option<Environment>,
-    weather: Option<GivenWeather>,
 }
 
 impl Overrides {
     /// True if all fields are the file's own.
     pub fn is_empty(&self) -> bool {
-        let Self { step_seconds, geo_origin, environment, weather } = self;
-        step_seconds.is_none() && geo_origin.is_none() && environment.is_none() && weather.is_none()
+        let Self { step_seconds, geo_origin, environment } = self;
+        step_seconds.is_none() && geo_origin.is_none() && environment.is_none()
     }
 
     pub(crate) fn apply(&self, scene: &mut Scene) {
-        let Self { step_seconds, geo_origin, environment, weather } = self.clone();
+        let Self { step_seconds, geo_origin, environment } = self.clone();
         scene.clock.step_seconds = step_seconds.unwrap_or(scene.clock.step_seconds);
         scene.geo_origin = geo_origin.or(scene.geo_origin);
         if let Some(environment) = environment {
             scene.environment = environment;
-        }
-        if let Some(weather) = weather {
-            scene.weather = weather;
         }
     }
 }

@@ -5,7 +5,6 @@
 
 use super::objects::WorldRay;
 use super::scene::{Guess, RayScene};
-use crate::box_tree::Open;
 use crate::sense::captures::lidar::{LidarScan, Return};
 use crate::sense::captures::pose::Pose;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
@@ -13,6 +12,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use systems::ecs::parallel::map_on_pool;
 use systems::sensors::philox::{Noise, normal, uniform};
 use systems::sensors::{Beam, Columns, LidarNoise, LidarSensor};
+use systems::space::box_tree::Open;
 
 /// Columns that a thread takes at a time.
 const PART: u64 = 16;

@@ -1,6 +1,5 @@
 //! Meshes and materials as rays meet them, kept from one capture to the next as long as they are the same.
 
-use crate::triangle_tree::TriangleTree;
 use glam::{Affine2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -9,6 +8,7 @@ use systems::assets::{AlphaMode, ImageId, Library, Mesh, MeshId, Revisions, Samp
 use systems::ecs::parallel::map_in_parallel;
 use systems::lights::LUMINANCE;
 use systems::space::Aabb;
+use systems::space::triangle_tree::TriangleTree;
 
 /// Texels along a side of the maps that rays read.
 const MOST_TEXELS: u32 = 1024;

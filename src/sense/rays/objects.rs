@@ -1,13 +1,13 @@
 //! Drawn objects as rays meet them, in a tree of their boxes.
 
 use super::meshes::{RayMaterial, RayMesh};
-use crate::box_tree::{BoxTree, LARGEST, Open, Quality};
-use crate::triangle_tree::{INNER_SIZE, TreeRay};
 use glam::{DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use std::sync::Arc;
 use systems::assets::{AlphaMode, Library, MeshId};
 use systems::draw::{BatchKey, InstanceRecord};
+use systems::space::box_tree::{BoxTree, LARGEST, Open, Quality};
+use systems::space::triangle_tree::{INNER_SIZE, TreeRay};
 
 /// Error of a place that was computed with floats from a distance, as a share of it: the difference, its move along the
 /// ray and its sum round by 2⁻²⁴ each, along three axes.

@@ -14,7 +14,6 @@
 
 use super::meshes::{RayMaterial, RayMesh, RayMeshes};
 use super::objects::{Bounds, Drawn, Exact, Meeting, Met, Objects, Placed, ROUNDING, WorldRay};
-use crate::box_tree::{BoxRay, Open, Quality};
 use glam::DVec3;
 use std::sync::Arc;
 use systems::Simulation;
@@ -22,6 +21,7 @@ use systems::assets::Library;
 use systems::draw::InstanceRecord;
 use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
+use systems::space::box_tree::{BoxRay, Open, Quality};
 
 /// Objects that a thread places at a time.
 const OBJECTS_PER_TASK: usize = 2048;

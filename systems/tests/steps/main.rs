@@ -1,8 +1,9 @@
-//! Steps and edits: the state of a world, the records of what is drawn, and frames between steps.
+//! Steps and edits: the state of a world and its weather, the records of what is drawn, and frames between steps.
 
 mod interpolation;
 mod records;
 mod state;
+mod weather;
 
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};

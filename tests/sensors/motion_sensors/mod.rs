@@ -9,10 +9,10 @@ use relief::sense::{BarometerCapture, GnssCapture, ImuCapture};
 use std::f64::consts::FRAC_PI_2;
 use systems::physics::Physical;
 use systems::run::snapshot;
-use systems::space::wgs84::Geodetic;
 use systems::sensors::{BarometerSensor, GnssSensor, ImuSensor, LaneReading, LaneSensor, SensorKind};
 use systems::space::GRAVITY;
 use systems::space::origin::Origin;
+use systems::space::wgs84::Geodetic;
 use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::{ManualControl, Motion, OnRoute, RouteId, VehicleTypeId};
 

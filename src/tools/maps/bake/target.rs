@@ -2,10 +2,10 @@
 //! pinholes.
 
 use super::Surface;
-use crate::box_tree::Open;
 use crate::tools::maps::MapError;
-use crate::triangle_tree::{INNER_SIZE, TreeRay, TriangleTree, Unfit};
 use glam::{Vec3, Vec3A};
+use systems::space::box_tree::Open;
+use systems::space::triangle_tree::{INNER_SIZE, TreeRay, TriangleTree, Unfit};
 
 /// Side of triangles that a ray meets.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

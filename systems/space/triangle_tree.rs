@@ -7,7 +7,7 @@
 //! Inside, lengths are multiplied by a power of two that brings the mesh to [`INNER_SIZE`]. Rays are given in these
 //! inner units.
 
-use crate::box_tree::{BoxRay, BoxTree, Open, Quality, by_axis};
+use super::box_tree::{BoxRay, BoxTree, Open, Quality, by_axis};
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 
@@ -144,7 +144,6 @@ impl TriangleTree {
     }
 
     /// Tells if a ray meets anything up to `far`, from either side.
-    #[cfg(feature = "tools")]
     pub fn is_hit(&self, ray: &TreeRay, far: f32) -> bool {
         let mut is_hit = false;
         self.tree.traverse(&ray.boxes, far, &mut Open::default(), |leaf, [near, far], _| {

@@ -1,0 +1,219 @@
+//! Openness of a world: which of its objects hide the sky, and when corners have to be asked anew.
+//!
+//! Objects that stand hide the sky: drawn and solid, larger than [`LEAST`], with nothing [`Interpolated`] on them or
+//! above them. What has moved once counts as a mover from then on. So a car that drives by costs nothing here.
+
+use super::list::{DrawList, PipelineKey};
+use crate::assets::library::Library;
+use crate::assets::material::AlphaMode;
+use crate::assets::mesh::MeshId;
+use crate::draw::instance_records::InstanceRecords;
+use crate::ecs::tables::Records;
+use crate::lights::components::NoShadow;
+use crate::space::bounds::Aabb;
+use crate::space::interpolation::Interpolated;
+use crate::weather::openness::bricks::Openness;
+use crate::weather::openness::corners::{Occluder, Occluders};
+use crate::weather::openness::lattice::Lattice;
+use crate::weather::sky::Sky;
+use bevy_ecs::entity::EntityIndex;
+use bevy_ecs::prelude::*;
+use glam::{Affine3A, Mat3A, Vec3};
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Size from which on an object hides the sky, metres.
+const LEAST: f32 = 1.0;
+/// Size from which on things may move on an object, metres.
+const LARGE: f32 = 10.0;
+
+/// Object of a slot, as it was when corners were asked.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Known {
+    object: EntityIndex,
+    /// Where it stands; `None` where it hides nothing.
+    stands: Option<[[f32; 4]; 3]>,
+}
+
+/// Object that hides the sky.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Standing {
+    mesh: MeshId,
+    world_from_object: [[f32; 4]; 3],
+    double_sided: bool,
+    mirrored: bool,
+    /// Things may move on it.
+    is_large: bool,
+}
+
+/// Objects that hide the sky, and what corners see of it.
+#[derive(Resource, Default, Debug)]
+pub(crate) struct OpennessState {
+    /// By slot.
+    known: Vec<Option<Known>>,
+    /// What stood, and has moved.
+    movers: BTreeSet<EntityIndex>,
+    standing: Vec<Standing>,
+    /// Number by which equal sets of triangles are known.
+    hash: u128,
+    lattice: Option<Arc<Lattice>>,
+}
+
+/// Lattices that were made last, and their openness under skies: shared by the worlds of a process.
+static LATTICES: Mutex<VecDeque<(u128, Option<Arc<Lattice>>)>> = Mutex::new(VecDeque::new());
+static WEIGHED: Mutex<VecDeque<Weighed>> = Mutex::new(VecDeque::new());
+const MOST_KEPT: usize = 4;
+
+struct Weighed {
+    hash: u128,
+    sky: Arc<Sky>,
+    openness: Arc<Openness>,
+}
+
+/// Brings the openness of a frame up to date. Nothing is done under a gradient.
+pub(crate) fn update_openness(world: &mut World) {
+    let Some(sky) = world.resource::<DrawList>().sky.as_ref().map(|drawn| drawn.sky.clone()) else { return };
+    world.resource_scope(|world, mut state: Mut<OpennessState>| {
+        if state.has_changed(world) {
+            state.ask(world);
+        }
+        let openness = state.lattice.clone().map(|lattice| weighed(state.hash, &lattice, &sky));
+        let mut list = world.resource_mut::<DrawList>();
+        let list = list.bypass_change_detection();
+        list.light_features.openness = openness.is_some();
+        if let Some(drawn) = &mut list.sky {
+            drawn.set_openness(openness);
+        }
+    });
+}
+
+fn weighed(hash: u128, lattice: &Lattice, sky: &Arc<Sky>) -> Arc<Openness> {
+    let lock = || WEIGHED.lock().unwrap_or_else(PoisonError::into_inner);
+    let known =
+        lock().iter().find(|own| own.hash == hash && Arc::ptr_eq(&own.sky, sky)).map(|own| own.openness.clone());
+    known.unwrap_or_else(|| {
+        let openness = Arc::new(Openness::new(lattice, sky));
+        let mut all = lock();
+        all.truncate(MOST_KEPT - 1);
+        all.push_front(Weighed { hash, sky: sky.clone(), openness: openness.clone() });
+        openness
+    })
+}
+
+impl OpennessState {
+    /// Tells if something that stands has come, gone or moved since corners were asked. Notes what has moved.
+    fn has_changed(&mut self, world: &World) -> bool {
+        let list = world.resource::<DrawList>();
+        if self.known.is_empty() {
+            return true;
+        }
+        let (mut has_changed, mut room) = (false, Vec::new());
+        let ranges = list.instances.dirty.ranges(0);
+        let records = InstanceRecords::new(world, &list.instances);
+        let records = records.read(&ranges, &mut room);
+        for (slot, record) in ranges.into_iter().flatten().zip(records) {
+            let object = list.instances.objects.get(slot as usize).copied().flatten();
+            let known = self.known.get(slot as usize).copied().flatten();
+            match (object, known) {
+                (Some(object), Some(known)) if known.object == object => {
+                    if known.stands.is_some_and(|stood| stood != record.world_from_object) {
+                        self.movers.insert(object);
+                        has_changed = true;
+                    }
+                }
+                (None, None) => {}
+                (None, Some(known)) => has_changed |= known.stands.is_some(),
+                (Some(_), _) => has_changed = true,
+            }
+        }
+        has_changed
+    }
+
+    /// Finds what stands, and asks the corners if that is another set than before.
+    fn ask(&mut self, world: &World) {
+        let list = world.resource::<DrawList>();
+        let mut room = Vec::new();
+        let records = InstanceRecords::new(world, &list.instances);
+        let records = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut room);
+        self.known.clear();
+        self.known.resize(records.len().max(1), None);
+        let library = world.resource::<Library>();
+        let mut drawn: Vec<_> = list.drawn().collect();
+        drawn.sort_unstable_by_key(|(slot, _)| *slot);
+        let mut standing = Vec::new();
+        for (slot, key) in drawn {
+            let Some(object) = list.instances.objects[slot as usize] else { continue };
+            let is_solid = key.pipeline.alpha != AlphaMode::Blend && !self.movers.contains(&object);
+            let stands = is_solid && stands(world, world.entities().resolve_from_index(object));
+            let world_from_object = records[slot as usize].world_from_object;
+            let entry = library.mesh(key.mesh).filter(|_| stands);
+            let size = entry.map_or(0.0, |entry| size(&entry.aabb.transformed(&place_of(&world_from_object))));
+            let stands = (size >= LEAST).then_some(world_from_object);
+            self.known[slot as usize] = Some(Known { object, stands });
+            if stands.is_some() {
+                let PipelineKey { double_sided, mirrored, .. } = key.pipeline;
+                let is_large = size >= LARGE;
+                standing.push(Standing { mesh: key.mesh, world_from_object, double_sided, mirrored, is_large });
+            }
+        }
+        if standing == self.standing {
+            return;
+        }
+        let triangles: Vec<Occluder> =
+            standing.iter().flat_map(|standing| standing.triangles(library).into_iter().flatten()).collect();
+        self.standing = standing;
+        let hash = Occluders::hash(&triangles);
+        self.hash = hash;
+        let lock = || LATTICES.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock().iter().find(|(own, _)| *own == hash).map(|(_, lattice)| lattice.clone());
+        self.lattice = known.unwrap_or_else(|| {
+            let t=std::time::Instant::now(); let n=triangles.len(); let lattice = Lattice::new(triangles).map(Arc::new); eprintln!("lattice {n} triangles, {:?} asked, {:?} bricks, {:?}", lattice.as_ref().map(|l|l.asked()), lattice.as_ref().map(|l|l.bricks.len()), t.elapsed());
+            let mut all = lock();
+            all.truncate(MOST_KEPT - 1);
+            all.push_front((hash, lattice.clone()));
+            lattice
+        });
+    }
+}
+
+impl Standing {
+    /// Its triangles, if the mesh is there.
+    fn triangles<'a>(&self, library: &'a Library) -> Option<impl Iterator<Item = Occluder> + use<'a>> {
+        let mesh = &library.mesh(self.mesh)?.mesh;
+        let (place, mirrored) = (place_of(&self.world_from_object), self.mirrored);
+        let (is_double_sided, is_large) = (self.double_sided, self.is_large);
+        let corner = move |index: u32| place.transform_point3(mesh.positions[index as usize]);
+        Some(mesh.indices.as_chunks::<3>().0.iter().map(move |indices| {
+            let [a, b, c] = indices.map(corner);
+            Occluder { corners: if mirrored { [a, c, b] } else { [a, b, c] }, is_double_sided, is_large }
+        }))
+    }
+}
+
+fn size(aabb: &Aabb) -> f32 {
+    (aabb.max - aabb.min).max_element()
+}
+
+/// Tells if nothing moves an object by itself, and it is in the way of light.
+fn stands(world: &World, object: Entity) -> bool {
+    if world.get::<NoShadow>(object).is_some() {
+        return false;
+    }
+    let mut above = Some(object);
+    while let Some(entity) = above {
+        if world.get::<Interpolated>(entity).is_some() {
+            return false;
+        }
+        above = world.get::<ChildOf>(entity).map(ChildOf::parent);
+    }
+    true
+}
+
+fn place_of(rows: &[[f32; 4]; 3]) -> Affine3A {
+    let [x, y, z] = rows;
+    let column = |i: usize| Vec3::new(x[i], y[i], z[i]);
+    Affine3A {
+        matrix3: Mat3A::from_cols(column(0).into(), column(1).into(), column(2).into()),
+        translation: column(3).into(),
+    }
+}
