@@ -10,6 +10,7 @@ const DEBUG_THREE_LIGHTS = 5u;
 const DEBUG_ERROR_BOUND = 6u;
 const DEBUG_VISIBILITY = 7u;
 const DEBUG_CELLS = 8u;
+const DEBUG_OPENNESS = 9u;
 
 // Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/plan/settings.rs has its twin for the legend.
 fn heat_color(heat: f32) -> vec3f {
@@ -33,6 +34,8 @@ fn debug_color(surface: Surface, bump: Bump, base: vec3f, instance: Instance, ta
         return surface.normal * 0.5 + 0.5;
     } else if DEBUG == DEBUG_TANGENT {
         return normalize(tangent) * 0.5 + 0.5;
+    } else if DEBUG == DEBUG_OPENNESS {
+        return vec3f(openness(surface.normal, 0.0));
     }
     let headlight = 0.25 + 0.75 * abs(dot(surface.normal, surface.toward_eye));
     if DEBUG == DEBUG_CELLS {

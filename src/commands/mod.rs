@@ -9,7 +9,7 @@
 //! rendering/  render, split, merge, and rendering a shard
 //! window      what `run` and `replay` show; without the feature `window`, a picture
 //! run, replay, check, schema, info    a command each
-//! tools/      those of the feature `tools`: lights, shadows, gallery, compare, bench, map. no_tools: without it
+//! tools/      those of the feature `tools`: lights, shadows, sky, gallery, compare, bench, map. no_tools: without it
 //! ```
 
 mod check;
@@ -60,6 +60,7 @@ Examples:
   relief run scene.ron --record drive.rec         then: relief replay drive.rec
   relief lights scene.ron -o out                  error of the light policies against all lights
   relief shadows scene.ron -o out                 error of the shadows against traced ones
+  relief sky scene.ron -o out                     error of the sky's light against rays
   relief gallery -o out                           every bump technique on four mesh variants
   relief compare -o out                           error of each against displaced geometry
   relief bench --objects 100000                   time and memory of many objects

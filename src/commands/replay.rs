@@ -58,6 +58,9 @@ pub struct ReplayArgs {
 }
 
 pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
+    if args.view.weather.is_some() {
+        return Err(Failure::bad_input("--weather: a replay has the weather of its recording".into()));
+    }
     let recorded = recording::identity_of(&args.recording)?;
     let scene = args.scene.clone().unwrap_or_else(|| recorded.scene.into());
     // A run may have another than its scene.

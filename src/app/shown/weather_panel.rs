@@ -9,6 +9,7 @@ use systems::describe::{check, fields};
 use systems::ecs::clock::Clock;
 use systems::run::inputs::Inputs;
 use systems::run::standard_inputs::SetWeather;
+use systems::space::GeoOrigin;
 use systems::weather::{Date, PRESETS, Weather, WeatherTimeline};
 
 const SECONDS_PER_HOUR: f64 = 3600.0;
@@ -29,9 +30,20 @@ pub fn show(ui: &mut Ui, world: &mut World) {
             }
         }
     });
+    let is_somewhere = world.get_resource::<GeoOrigin>().is_some();
+    if is_somewhere && wanted.sun_azimuth_degrees.is_some() && ui.button("sun and moon by date").clicked() {
+        wanted = Weather {
+            sun_azimuth_degrees: None,
+            sun_elevation_degrees: None,
+            moon_azimuth_degrees: None,
+            moon_elevation_degrees: None,
+            ..wanted
+        };
+    }
     Grid::new("weather").num_columns(2).min_col_width(70.0).show(ui, |ui| {
-        if let Some(date) = time_of_day(ui, wanted.date) {
-            // The sun goes by the date where it can.
+        if wanted.sun_azimuth_degrees.is_none()
+            && let Some(date) = time_of_day(ui, wanted.date)
+        {
             wanted.date = date;
         }
         let Ok(Value::Object(mut values)) = serde_json::to_value(&wanted) else { return };
@@ -42,7 +54,7 @@ pub fn show(ui: &mut Ui, world: &mut World) {
             wanted = edited;
         }
     });
-    if wanted != now && check(&wanted).is_ok() {
+    if wanted != now && check(&wanted).is_ok() && (is_somewhere || !wanted.needs_place()) {
         world.resource_mut::<Inputs>().push(SetWeather { weather: wanted, over_seconds: 0.0 });
     }
 }

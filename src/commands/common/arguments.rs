@@ -81,6 +81,11 @@ pub fn choice<T: Copy + Send + Sync + 'static>(
     PossibleValuesParser::new(values).try_map(|text| name::find("value", all, &text))
 }
 
+/// Help that ends with the names of a list.
+pub fn one_of<const N: usize>(before: &str, names: [&str; N]) -> String {
+    before.to_owned() + &names.join(", ")
+}
+
 /// Help that lists names in a sentence: first those without a meaning, then the others, each with its own.
 pub fn listed<T: Copy>(before: &str, all: &[(&str, T)], meaning: fn(T) -> &'static str) -> String {
     let (plain, others): (Vec<_>, Vec<_>) = all.iter().partition(|(_, value)| meaning(*value).is_empty());

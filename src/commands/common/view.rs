@@ -14,7 +14,7 @@ use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::texture_memory::DEFAULT_MEGABYTES;
 use systems::lights::LightPolicy;
-use systems::weather::Weather;
+use systems::weather::{PRESETS, Weather};
 
 const LIGHTS_HELP: &str = "Light all objects by one policy instead of the scene's. ";
 const DEBUG_HELP: &str = "Draw a debug view instead of the shaded picture: ";
@@ -72,8 +72,8 @@ pub struct ViewArgs {
     #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES)]
     #[arg(value_parser = arguments::whole(1u64..=1 << 20))]
     pub texture_memory: u64,
-    /// Weather in place of the scene's: clear_noon, overcast, golden_hour, dusk, night (docs/weather.md)
     #[arg(long, value_name = "NAME", value_parser = weather_preset)]
+    #[arg(help = arguments::one_of("Weather in place of the scene's: ", PRESETS.map(|preset| preset.name)))]
     pub weather: Option<Weather>,
     #[command(flatten)]
     pub threads: ThreadsArgs,

@@ -1,8 +1,10 @@
-//! Common parts of `relief lights` and `relief shadows`: the frame, and the report of its error.
+//! Common parts of `relief lights`, `relief shadows` and `relief sky`: the frame, and the report of its error.
 
 use crate::commands::common::arguments::{self, MOST_FRAMES, ThreadsArgs};
 use crate::commands::common::failure::{Failure, say};
 use crate::commands::common::view;
+use crate::scene::weather_preset;
+use crate::session::LoadOptions;
 use crate::tools::frame_error::FrameErrorJob;
 use crate::tools::json_line;
 use clap::Args;
@@ -10,6 +12,7 @@ use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;
+use systems::weather::{PRESETS, Weather};
 
 #[derive(Args)]
 pub struct FrameErrorArgs {
@@ -30,6 +33,9 @@ pub struct FrameErrorArgs {
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
+    #[arg(long, value_name = "NAME", value_parser = weather_preset)]
+    #[arg(help = arguments::one_of("Weather in place of the scene's: ", PRESETS.map(|preset| preset.name)))]
+    pub weather: Option<Weather>,
     #[command(flatten)]
     pub threads: ThreadsArgs,
     /// Print one line of JSON instead of a table
@@ -42,7 +48,7 @@ impl FrameErrorArgs {
         self.threads.set();
         FrameErrorJob {
             scene: self.scene.clone(),
-            load: view::loading(),
+            load: LoadOptions { weather: self.weather.clone(), ..view::loading() },
             folder: self.output.clone(),
             frame: self.frame,
             size: self.size,

@@ -7,6 +7,7 @@ mod gallery;
 mod lights;
 mod map;
 mod shadows;
+mod sky;
 
 use crate::commands::common::failure::Failure;
 use crate::commands::common::process::Process;
@@ -26,6 +27,9 @@ pub enum Tool {
     /// Compare a frame's shadows with traced ones: error figures and pictures
     #[command(after_help = shadows::HELP)]
     Shadows(ShadowErrorArgs),
+    /// Compare the light of a frame's sky with what rays find: error figures and pictures
+    #[command(after_help = sky::HELP)]
+    Sky(FrameErrorArgs),
     /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),
@@ -45,6 +49,7 @@ impl Tool {
         match self {
             Self::Lights(args) => lights::run(&args),
             Self::Shadows(args) => shadows::run(&args),
+            Self::Sky(args) => sky::run(&args),
             Self::Gallery(args) => gallery::run(&args),
             Self::Compare(args) => compare::run(&args),
             Self::Bench(args) => bench::run(&args, process),

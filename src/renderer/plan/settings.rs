@@ -31,11 +31,13 @@ pub enum DebugView {
     Visibility,
     /// Surfaces in the colours of the cells that they lie in, and portals as outlines.
     Cells,
+    /// Part of the light of the sky's upper half that the surface gets, as grey.
+    Openness,
 }
 
 impl DebugView {
     /// All views with their names.
-    pub const ALL: [(&'static str, Self); 9] = [
+    pub const ALL: [(&'static str, Self); 10] = [
         ("off", Self::Off),
         ("base", Self::Base),
         ("normal", Self::Normal),
@@ -45,6 +47,7 @@ impl DebugView {
         ("error_bound", Self::ErrorBound),
         ("visibility", Self::Visibility),
         ("cells", Self::Cells),
+        ("openness", Self::Openness),
     ];
 
     /// Description in a few words; empty where the name says enough.
@@ -55,6 +58,7 @@ impl DebugView {
             Self::ThreeLights => "contributions of the first three lights as red, green and blue",
             Self::Visibility => "how much of the first three lights is seen, as red, green and blue",
             Self::Cells => "surfaces by cell, grey outside; outlines of portals, open ones green, shut ones red",
+            Self::Openness => "how much of the sky's light reaches the surface, 0 black to 1 white",
             Self::ErrorBound => "upper bound of the luminance that is left out, 0.001 blue to 10 red, none grey",
         }
     }

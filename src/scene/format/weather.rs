@@ -45,6 +45,11 @@ impl<'de> Deserialize<'de> for GivenWeather {
                 preset(name).map(GivenWeather).map_err(E::custom)
             }
 
+            /// `()`.
+            fn visit_unit<E>(self) -> Result<GivenWeather, E> {
+                Ok(GivenWeather::default())
+            }
+
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<GivenWeather, A::Error> {
                 Weather::deserialize(MapAccessDeserializer::new(map)).map(GivenWeather)
             }
