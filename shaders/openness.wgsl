@@ -6,6 +6,8 @@ override OPENNESS: bool = false;
 @group(0) @binding(6) var openness_table: texture_3d<u32>;
 @group(0) @binding(7) var openness_sides: texture_3d<f32>;
 @group(0) @binding(8) var openness_up: texture_3d<f32>;
+// Lists of ellipsoids, two texels a cell, and three rows for each ellipsoid: systems/draw/movers.rs.
+@group(0) @binding(9) var movers: texture_2d<u32>;
 
 const OPENNESS_SPACING = 2.0;
 // Corners along a side of a brick, which share those between them.
@@ -14,6 +16,13 @@ const OPENNESS_CORNERS = 5u;
 const OPENNESS_OFFSET = 1.0;
 // Albedo of what hides the sky.
 const BOUNCE = 0.25;
+// Texels in a row of the movers' table.
+const MOVERS_WIDTH = 1024u;
+// Metres from an ellipsoid at which it hides nothing any more.
+const MOVERS_REACH = 6.0;
+// Of the half axes of an ellipsoid: those of the box that it stands for, a little enlarged, and its lowest part left out.
+const MOVERS_OWN = 0.86;
+const MOVERS_OWN_BELOW = -0.79;
 
 // Toward +X, −X, +Z and −Z, and upward; of the surface that is shaded.
 var<private> open_sides: vec4f;
@@ -26,6 +35,9 @@ fn find_openness(position: vec3f, normal: vec3f) {
     if !OPENNESS {
         return;
     }
+    let left = left_by_movers(position + view.eye, normal);
+    open_sides *= left;
+    open_up *= left;
     let place = position + (view.eye - sky.openness_origin) + normal * OPENNESS_OFFSET;
     let at = place / (OPENNESS_SPACING * f32(OPENNESS_CORNERS - 1u));
     let brick = floor(at);
@@ -41,8 +53,52 @@ fn find_openness(position: vec3f, normal: vec3f) {
     let first = vec3u(n % bricks.x, n / bricks.x % bricks.y, n / (bricks.x * bricks.y)) * OPENNESS_CORNERS;
     let texel = vec3f(first) + (at - brick) * f32(OPENNESS_CORNERS - 1u) + 0.5;
     let uvw = texel / vec3f(bricks * OPENNESS_CORNERS);
-    open_sides = textureSampleLevel(openness_sides, sky_sampler, uvw, 0.0);
-    open_up = textureSampleLevel(openness_up, sky_sampler, uvw, 0.0).x;
+    open_sides *= textureSampleLevel(openness_sides, sky_sampler, uvw, 0.0);
+    open_up *= textureSampleLevel(openness_up, sky_sampler, uvw, 0.0).x;
+}
+
+fn movers_texel(index: u32) -> vec4u {
+    return textureLoad(movers, vec2u(index % MOVERS_WIDTH, index / MOVERS_WIDTH), 0);
+}
+
+// What movers leave of the light of a surface, `place` in world space: each takes the share of a sphere in the space in
+// which it is one, and fades before it leaves the cell's list. What lies within its own box is the mover itself.
+fn left_by_movers(place: vec3f, normal: vec3f) -> f32 {
+    let at = floor((place.xz - sky.movers_origin) / sky.movers_cell);
+    if any(at < vec2f(0.0)) || any(at >= vec2f(sky.movers_cells)) {
+        return 1.0;
+    }
+    let cell = (u32(at.y) * sky.movers_cells.x + u32(at.x)) * 2u;
+    let first = sky.movers_cells.x * sky.movers_cells.y * 2u;
+    var left = 1.0;
+    var listed = movers_texel(cell);
+    var number = 0u;
+    loop {
+        if listed.x == 0u {
+            break;
+        }
+        let row = first + (listed.x - 1u) * 3u;
+        let x = bitcast<vec4f>(movers_texel(row));
+        let y = bitcast<vec4f>(movers_texel(row + 1u));
+        let z = bitcast<vec4f>(movers_texel(row + 2u));
+        let q = vec3f(dot(x.xyz, place) + x.w, dot(y.xyz, place) + y.w, dot(z.xyz, place) + z.w);
+        let own = max(max(abs(q.x), abs(q.z)), q.y) < MOVERS_OWN && q.y > MOVERS_OWN_BELOW;
+        // Squares of the half axes: a normal is turned by them into the sphere's space, a way out of it.
+        let axes = 1.0 / vec3f(dot(x.xyz, x.xyz), dot(y.xyz, y.xyz), dot(z.xyz, z.xyz));
+        let n = normalize(vec3f(dot(x.xyz, normal), dot(y.xyz, normal), dot(z.xyz, normal)) * axes);
+        let squared = max(dot(q, q), 1.0);
+        let radii = sqrt(squared);
+        let way = x.xyz * (q.x * axes.x) + y.xyz * (q.y * axes.y) + z.xyz * (q.z * axes.z);
+        let far = saturate(length(way) * (1.0 - 1.0 / radii) / MOVERS_REACH);
+        let share = max(-dot(n, q) / radii, 0.0) / squared * (1.0 - far * far * far * far);
+        left *= select(1.0 - share, 1.0, own);
+        listed = vec4u(listed.yzw, 0u);
+        number++;
+        if number == 4u {
+            listed = movers_texel(cell + 1u);
+        }
+    }
+    return left;
 }
 
 // Of the upper half toward a direction; `below`: toward what is straight below.
@@ -58,13 +114,13 @@ fn sky_diffuse(n: vec3f) -> vec3f {
         return vec3f(0.0);
     }
     let below = 0.5 - 0.5 * n.y;
-    let upper = upper_diffuse(n);
-    let ground = sky.ground * below;
+    let whole = whole_diffuse(n);
     if !OPENNESS {
-        return upper + ground;
+        return whole;
     }
+    let ground = sky.ground * below;
     let open = openness(n, 0.0);
-    return upper * open + open_up * (ground + BOUNCE * (1.0 - below) * (1.0 - open) * sky.up);
+    return max(whole - ground, vec3f(0.0)) * open + open_up * (ground + BOUNCE * (1.0 - below) * (1.0 - open) * sky.up);
 }
 
 // What a surface mirrors of the sky, and of what hides it.

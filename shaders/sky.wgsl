@@ -20,7 +20,10 @@ struct Sky {
     openness_origin: vec3f,
     pad1: u32,
     openness_bricks: vec3u,
-    pad2: u32,
+    // The grid of movers: metres along a side of a cell, X and Z of its corner, cells along both.
+    movers_cell: f32,
+    movers_origin: vec2f,
+    movers_cells: vec2u,
 }
 
 @group(0) @binding(3) var<uniform> sky: Sky;
@@ -57,8 +60,8 @@ fn sky_blurred(direction: vec3f, roughness: f32) -> vec3f {
     return mix(sky_radiance(direction), half_and_half, roughness);
 }
 
-// The light of the upper half on a surface that sees all of it: what a white one shows.
-fn upper_diffuse(n: vec3f) -> vec3f {
+// The light of both halves on a surface that sees all of it: what a white one shows.
+fn whole_diffuse(n: vec3f) -> vec3f {
     let linear = sky.harmonics[1].rgb * n.y + sky.harmonics[2].rgb * n.z + sky.harmonics[3].rgb * n.x;
     let products = sky.harmonics[4].rgb * (n.x * n.y) + sky.harmonics[5].rgb * (n.y * n.z)
         + sky.harmonics[7].rgb * (n.x * n.z);

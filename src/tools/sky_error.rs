@@ -173,6 +173,6 @@ impl SkyLight {
 
     /// Illuminance of a surface that sees all of the upper half, by harmonics: lux.
     fn upper(&self, normal: Vec3) -> f64 {
-        self.sky.harmonics.irradiance(normal.as_dvec3()).dot(DVec3::new(0.2126, 0.7152, 0.0722)).max(0.0)
+        self.sky.upper(normal.as_dvec3()).dot(DVec3::new(0.2126, 0.7152, 0.0722)).max(0.0)
     }
 }

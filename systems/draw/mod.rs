@@ -21,6 +21,7 @@ pub(crate) mod intrinsics;
 pub(crate) mod light_records;
 pub(crate) mod list;
 pub(crate) mod materials;
+pub(crate) mod movers;
 pub(crate) mod openness;
 pub(crate) mod pages;
 pub mod pieces;
@@ -44,6 +45,7 @@ pub use list::{
     Transparent,
 };
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};
+pub use movers::{MoverTexel, Movers};
 pub use records::{InstanceRecord, MaterialRecord, SkyRecord, ViewRecord};
 pub use shadow_casters::{ShadowCaster, ShadowScene};
 pub use sky::{DrawnSky, WeatherLight};

@@ -4,6 +4,7 @@
 //! above them. What has moved once counts as a mover from then on. So a car that drives by costs nothing here.
 
 use super::list::{DrawList, PipelineKey};
+use super::movers::{Mover, Movers};
 use crate::assets::library::Library;
 use crate::assets::material::AlphaMode;
 use crate::assets::mesh::MeshId;
@@ -12,6 +13,7 @@ use crate::ecs::tables::Records;
 use crate::lights::components::NoShadow;
 use crate::space::bounds::Aabb;
 use crate::space::interpolation::Interpolated;
+use crate::space::transform::GlobalTransform;
 use crate::weather::openness::bricks::Openness;
 use crate::weather::openness::corners::{Occluder, Occluders};
 use crate::weather::openness::lattice::Lattice;
@@ -19,7 +21,7 @@ use crate::weather::sky::Sky;
 use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Mat3A, Vec3};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Size from which on an object hides the sky, metres.
@@ -51,6 +53,8 @@ struct Standing {
 pub(crate) struct OpennessState {
     /// By slot.
     known: Vec<Option<Known>>,
+    /// What moves, by its topmost entity: the box of all that is drawn of it, in its own space.
+    boxes: BTreeMap<Entity, Aabb>,
     /// What stood, and has moved.
     movers: BTreeSet<EntityIndex>,
     standing: Vec<Standing>,
@@ -77,12 +81,16 @@ pub(crate) fn update_openness(world: &mut World) {
         if state.has_changed(world) {
             state.ask(world);
         }
+        let place = |entity: Entity| world.get::<GlobalTransform>(entity).map(GlobalTransform::affine);
+        let movers =
+            state.boxes.iter().filter_map(|(entity, aabb)| Some(Mover { place: place(*entity)?, aabb: *aabb }));
+        let movers = Movers::new(&movers.collect::<Vec<_>>());
         let openness = state.lattice.clone().map(|lattice| weighed(state.hash, &lattice, &sky));
         let mut list = world.resource_mut::<DrawList>();
         let list = list.bypass_change_detection();
         list.light_features.openness = openness.is_some();
         if let Some(drawn) = &mut list.sky {
-            drawn.set_openness(openness);
+            drawn.set_openness(openness, movers);
         }
     });
 }
@@ -141,12 +149,22 @@ impl OpennessState {
         let mut drawn: Vec<_> = list.drawn().collect();
         drawn.sort_unstable_by_key(|(slot, _)| *slot);
         let mut standing = Vec::new();
+        self.boxes.clear();
         for (slot, key) in drawn {
             let Some(object) = list.instances.objects[slot as usize] else { continue };
-            let is_solid = key.pipeline.alpha != AlphaMode::Blend && !self.movers.contains(&object);
-            let stands = is_solid && stands(world, world.entities().resolve_from_index(object));
             let world_from_object = records[slot as usize].world_from_object;
-            let entry = library.mesh(key.mesh).filter(|_| stands);
+            let entity = world.entities().resolve_from_index(object);
+            let is_solid = key.pipeline.alpha != AlphaMode::Blend && world.get::<NoShadow>(entity).is_none();
+            let entry = library.mesh(key.mesh).filter(|_| is_solid);
+            let moved = self.movers.contains(&object).then_some(entity);
+            let mover = mover_of(world, entity).or(moved);
+            if let (Some(mover), Some(entry)) = (mover, entry) {
+                let own = world.get::<GlobalTransform>(mover).map_or(Affine3A::IDENTITY, GlobalTransform::affine);
+                let within = entry.aabb.transformed(&(own.inverse() * place_of(&world_from_object)));
+                let known = self.boxes.entry(mover).or_insert(within);
+                *known = Aabb { min: known.min.min(within.min), max: known.max.max(within.max) };
+            }
+            let entry = entry.filter(|_| mover.is_none());
             let size = entry.map_or(0.0, |entry| size(&entry.aabb.transformed(&place_of(&world_from_object))));
             let stands = (size >= LEAST).then_some(world_from_object);
             self.known[slot as usize] = Some(Known { object, stands });
@@ -167,15 +185,7 @@ impl OpennessState {
         let lock = || LATTICES.lock().unwrap_or_else(PoisonError::into_inner);
         let known = lock().iter().find(|(own, _)| *own == hash).map(|(_, lattice)| lattice.clone());
         self.lattice = known.unwrap_or_else(|| {
-            let t = std::time::Instant::now();
-            let n = triangles.len();
             let lattice = Lattice::new(triangles).map(Arc::new);
-            eprintln!(
-                "lattice {n} triangles, {:?} asked, {:?} bricks, {:?}",
-                lattice.as_ref().map(|l| l.asked()),
-                lattice.as_ref().map(|l| l.bricks.len()),
-                t.elapsed()
-            );
             let mut all = lock();
             all.truncate(MOST_KEPT - 1);
             all.push_front((hash, lattice.clone()));
@@ -202,19 +212,10 @@ fn size(aabb: &Aabb) -> f32 {
     (aabb.max - aabb.min).max_element()
 }
 
-/// Tells if nothing moves an object by itself, and it is in the way of light.
-fn stands(world: &World, object: Entity) -> bool {
-    if world.get::<NoShadow>(object).is_some() {
-        return false;
-    }
-    let mut above = Some(object);
-    while let Some(entity) = above {
-        if world.get::<Interpolated>(entity).is_some() {
-            return false;
-        }
-        above = world.get::<ChildOf>(entity).map(ChildOf::parent);
-    }
-    true
+/// The topmost of what moves by itself among an object and what is above it.
+fn mover_of(world: &World, object: Entity) -> Option<Entity> {
+    let above = std::iter::successors(Some(object), |entity| world.get::<ChildOf>(*entity).map(ChildOf::parent));
+    above.filter(|entity| world.get::<Interpolated>(*entity).is_some()).last()
 }
 
 fn place_of(rows: &[[f32; 4]; 3]) -> Affine3A {

@@ -34,7 +34,7 @@ pub struct InstanceRecord {
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct SkyRecord {
-    /// Diffuse light of the upper half by the normal: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz and x² − y², linear RGB.
+    /// Diffuse light of both halves by the normal: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz and x² − y², linear RGB.
     pub harmonics: [[f32; 4]; 9],
     /// Radiance of the ground, linear RGB.
     pub ground: [f32; 3],
@@ -58,8 +58,12 @@ pub struct SkyRecord {
     pub pad1: u32,
     /// Bricks of openness along each axis of their textures.
     pub openness_bricks: [u32; 3],
-    /// Not used.
-    pub pad2: u32,
+    /// Metres along a side of a cell of the movers' grid.
+    pub movers_cell: f32,
+    /// World space, X and Z of the first cell's corner, metres.
+    pub movers_origin: [f32; 2],
+    /// Cells along X and Z.
+    pub movers_cells: [u32; 2],
 }
 
 /// One material. Mirrors `Material`; the fields are [`crate::assets::Material`]'s. What every pixel reads comes first.

@@ -5,6 +5,7 @@
 
 use super::environment::Environment;
 use super::list::DrawList;
+use super::movers::Movers;
 use super::records::SkyRecord;
 use crate::lights::components::Light;
 use crate::lights::relevance::LUMINANCE;
@@ -27,17 +28,22 @@ pub struct DrawnSky {
     pub sky: Arc<Sky>,
     /// How much of it each place sees; `None`: all of it everywhere.
     pub openness: Option<Arc<Openness>>,
+    /// What moves and hides it from what is beside.
+    pub movers: Movers,
     /// Constants for shaders.
     pub record: SkyRecord,
 }
 
 impl DrawnSky {
-    pub(crate) fn set_openness(&mut self, openness: Option<Arc<Openness>>) {
+    pub(crate) fn set_openness(&mut self, openness: Option<Arc<Openness>>, movers: Movers) {
         if let Some(openness) = &openness {
             self.record.openness_origin = openness.origin.to_array();
             self.record.openness_bricks = openness.texture_bricks.to_array();
         }
-        self.openness = openness;
+        let Movers { origin, cells, cell, .. } = movers;
+        (self.record.movers_origin, self.record.movers_cells) = (origin.to_array(), cells);
+        self.record.movers_cell = cell;
+        (self.openness, self.movers) = (openness, movers);
     }
 }
 
@@ -67,7 +73,12 @@ pub(crate) fn follow_weather(world: &mut World) {
     }
     list.light_features.atmosphere = current.is_some();
     list.light_features.openness = false;
-    list.sky = current.map(|current| DrawnSky { record: record(&current, lux), sky: current.sky, openness: None });
+    list.sky = current.map(|current| DrawnSky {
+        record: record(&current, lux),
+        sky: current.sky,
+        openness: None,
+        movers: Movers::default(),
+    });
 }
 
 /// Keeps a body's light; without any, the entity goes.
@@ -123,7 +134,7 @@ fn record(current: &CurrentSky, lux: f64) -> SkyRecord {
         sun_radiance,
         moon,
         moon_radiance,
-        up: (sky.harmonics.irradiance(DVec3::Y) / lux).as_vec3().to_array(),
+        up: (sky.upper(DVec3::Y) / lux).as_vec3().to_array(),
         ..SkyRecord::default()
     }
 }

@@ -45,7 +45,7 @@ pub struct SkyLight {
 /// A sky, without the discs of sun and moon.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Sky {
-    /// Radiance of the upper half, cd/m².
+    /// Radiance of both halves, cd/m².
     pub harmonics: Harmonics,
     /// Radiance by direction.
     pub map: SkyMap,
@@ -185,6 +185,12 @@ impl ClearSky {
 }
 
 impl Sky {
+    /// Illuminance by the upper half of a surface with that normal, by three bands: lux. The lower half is even.
+    pub fn upper(&self, normal: DVec3) -> DVec3 {
+        let lower = self.ground * (PI * (0.5 - 0.5 * normal.y));
+        (self.harmonics.irradiance(normal) - lower).max(DVec3::ZERO)
+    }
+
     /// Luminance of the upper half toward a direction: that of the nearest texel, cd/m².
     pub fn luminance(&self, direction: DVec3) -> f64 {
         let [x, y] = in_hemisphere(direction).to_array().map(|at| {
@@ -241,6 +247,9 @@ impl Sky {
             diffuse += radiance * (at.y * angle);
         }
         let ground = (diffuse + direct) * (GROUND_ALBEDO / PI);
+        for &(at, angle) in &texels {
+            harmonics.add(DVec3::new(at.x, -at.y, at.z), ground, angle);
+        }
         let wall: DVec3 = clear.iter().map(|sky| sky.on_wall() * (left * (1.0 - clouds * clouds))).sum();
         let half_sky = diffuse.dot(LUMINANCE) / 2.0;
         let ground_light = (diffuse + direct).dot(LUMINANCE);

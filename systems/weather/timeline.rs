@@ -55,7 +55,9 @@ mod tests {
     use crate::weather::date::Date;
 
     fn clock(step: u64) -> Clock {
-        Clock { step, step_seconds: 0.1, ..Clock::default() }
+        let mut clock = Clock::default();
+        (clock.step, clock.step_seconds) = (step, 0.1);
+        clock
     }
 
     fn sun(azimuth: f64, elevation: f64) -> Weather {

@@ -326,6 +326,11 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             ),
             entry(7, wgpu::ShaderStages::FRAGMENT, sampled(wgpu::TextureViewDimension::D3, filtered)),
             entry(8, wgpu::ShaderStages::FRAGMENT, sampled(wgpu::TextureViewDimension::D3, filtered)),
+            entry(
+                9,
+                wgpu::ShaderStages::FRAGMENT,
+                sampled(wgpu::TextureViewDimension::D2, wgpu::TextureSampleType::Uint),
+            ),
         ],
     })
 }

@@ -2,8 +2,9 @@
 //! share the map, those with the same openness its textures.
 
 use crate::renderer::gpu::device::Gpu;
+use crate::renderer::gpu::texture::{texture, whole_view};
 use std::sync::{Arc, Weak};
-use systems::draw::{DrawnSky, SkyRecord};
+use systems::draw::{DrawnSky, MoverTexel, SkyRecord};
 use systems::weather::openness::Openness;
 use systems::weather::{Sky, SkyMap};
 
@@ -86,6 +87,14 @@ fn volume(device: &wgpu::Device, [width, height, depth]: [u32; 3], format: wgpu:
     })
 }
 
+/// Texels in a row of the movers' table.
+pub(crate) const MOVERS_WIDTH: u32 = 1024;
+
+fn movers_texture(device: &wgpu::Device, rows: u32) -> wgpu::Texture {
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    texture(device, "movers", (MOVERS_WIDTH, rows), wgpu::TextureFormat::Rgba32Uint, 1, usage)
+}
+
 /// Two layers: the upper half, and the sphere with its levels.
 fn map_texture(device: &wgpu::Device, side: u32, levels: u32) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
@@ -112,6 +121,8 @@ pub(crate) struct SkyBinding {
     map: wgpu::TextureView,
     sampler: wgpu::Sampler,
     openness: OpennessViews,
+    /// With the texels that are uploaded.
+    movers: (wgpu::Texture, wgpu::TextureView, Vec<MoverTexel>),
     uploaded: SkyRecord,
     /// Changes whenever bind groups are to be made anew.
     pub version: u32,
@@ -136,7 +147,9 @@ impl SkyBinding {
         let map = map_view(&map_texture(device, 1, 1));
         let nothing = |format| volume(device, [1; 3], format).create_view(&wgpu::TextureViewDescriptor::default());
         let openness = [TABLE, SIDES, UP].map(nothing);
-        Self { record, map, sampler, openness, uploaded: SkyRecord::default(), version: 0 }
+        let movers = movers_texture(device, 1);
+        let movers = (movers.clone(), whole_view(&movers, "movers"), Vec::new());
+        Self { record, map, sampler, openness, movers, uploaded: SkyRecord::default(), version: 0 }
     }
 
     /// Uploads a sky; returns the bytes. Without one, nothing reads it.
@@ -153,6 +166,7 @@ impl SkyBinding {
                 (self.openness, self.version) = (views, self.version + 1);
             }
         }
+        bytes += self.upload_movers(gpu, &sky.movers.texels);
         if self.uploaded != sky.record {
             let record = bytemuck::bytes_of(&sky.record);
             gpu.queue.write_buffer(&self.record, 0, record);
@@ -162,11 +176,34 @@ impl SkyBinding {
         bytes
     }
 
-    /// Constants, map, sampler and openness, in the order of their bindings.
-    pub fn resources(&self) -> [wgpu::BindingResource<'_>; 6] {
+    /// Uploads the grid and its movers, if they are others.
+    fn upload_movers(&mut self, gpu: &Gpu, texels: &[MoverTexel]) -> u64 {
+        let (texture, view, uploaded) = &mut self.movers;
+        if uploaded == texels || texels.is_empty() {
+            return 0;
+        }
+        let rows = (texels.len() as u32).div_ceil(MOVERS_WIDTH);
+        if texture.height() < rows {
+            *texture = movers_texture(&gpu.device, rows.next_power_of_two());
+            *view = whole_view(texture, "movers");
+            self.version += 1;
+        }
+        uploaded.clear();
+        uploaded.extend_from_slice(texels);
+        let mut padded = texels.to_vec();
+        padded.resize((rows * MOVERS_WIDTH) as usize, [0; 4]);
+        let bytes: &[u8] = bytemuck::cast_slice(&padded);
+        let layout = wgpu::TexelCopyBufferLayout { bytes_per_row: Some(MOVERS_WIDTH * 16), ..Default::default() };
+        let size = wgpu::Extent3d { width: MOVERS_WIDTH, height: rows, depth_or_array_layers: 1 };
+        gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, size);
+        bytes.len() as u64
+    }
+
+    /// Constants, map, sampler, openness and movers, in the order of their bindings.
+    pub fn resources(&self) -> [wgpu::BindingResource<'_>; 7] {
         let texture = wgpu::BindingResource::TextureView;
         let [table, sides, up] = self.openness.each_ref().map(texture);
         let sampler = wgpu::BindingResource::Sampler(&self.sampler);
-        [self.record.as_entire_binding(), texture(&self.map), sampler, table, sides, up]
+        [self.record.as_entire_binding(), texture(&self.map), sampler, table, sides, up, texture(&self.movers.1)]
     }
 }
