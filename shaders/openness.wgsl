@@ -9,17 +9,17 @@ override OPENNESS: bool = false;
 // Lists of ellipsoids, two texels a cell, and three rows for each ellipsoid: systems/draw/movers.rs.
 @group(0) @binding(9) var movers: texture_2d<u32>;
 
-const OPENNESS_SPACING = 2.0;
+const OPENNESS_SPACING: f32 = 2.0;
 // Corners along a side of a brick, which share those between them.
 const OPENNESS_CORNERS = 5u;
 // Metres from a surface along its normal at which it is read.
-const OPENNESS_OFFSET = 1.0;
+const OPENNESS_OFFSET: f32 = 1.0;
 // Albedo of what hides the sky.
 const BOUNCE = 0.25;
 // Texels in a row of the movers' table.
 const MOVERS_WIDTH = 1024u;
 // Metres from an ellipsoid at which it hides nothing any more.
-const MOVERS_REACH = 6.0;
+const MOVERS_REACH: f32 = 6.0;
 // Of the half axes of an ellipsoid: those of the box that it stands for, a little enlarged, and its lowest part left out.
 const MOVERS_OWN = 0.86;
 const MOVERS_OWN_BELOW = -0.79;

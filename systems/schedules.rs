@@ -5,7 +5,8 @@
 
 use crate::assets::{levels, tangents};
 use crate::cells::doors;
-use crate::draw::{batches, incomplete, instances, light_records, list, materials, openness, pieces, sky};
+use crate::draw::sky_light::{drawn_sky, hiding};
+use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces};
 use crate::ecs::stats::{self, Stage, lap};
 use crate::ecs::{clock, sub_steps};
 use crate::lights::{floods, selection};
@@ -138,7 +139,7 @@ pub fn frame_schedule() -> Schedule {
             list::begin_frame,
             lap(Stage::Transforms, "begin_frame"),
             // Sun and moon, before anything looks for lights.
-            sky::follow_weather,
+            drawn_sky::follow_weather,
             lap(Stage::Lights, "follow_weather"),
         )
             .chain()
@@ -192,7 +193,7 @@ pub fn frame_schedule() -> Schedule {
             // Slots are final: list their pages by draw.
             (batches::update_batches, lap(Stage::Batches, "update_batches"), list::count).chain(),
             // What hides the sky, by all that is drawn.
-            (openness::update_openness, lap(Stage::Lights, "update_openness")).chain(),
+            (hiding::update_openness, lap(Stage::Lights, "update_openness")).chain(),
         )
             .chain()
             .in_set(DrawList),

@@ -18,6 +18,7 @@ use systems::lights::LightFields;
 use systems::sensors::{
     BarometerSensor, CameraSensor, CollisionSensor, GnssSensor, ImuSensor, LaneSensor, Lens, LidarSensor, Rate,
 };
+use systems::weather::Weather;
 
 /// A table below a heading of a document, and the fields that it is of.
 struct Table {
@@ -112,6 +113,7 @@ fn tables() -> Vec<Table> {
         sensor::<BarometerSensor>("#### Barometer sensor"),
         sensor::<CollisionSensor>("#### Collision sensor"),
         table::<GeoOrigin>("sensors.md", "#### Geo origin"),
+        table::<Weather>("weather.md", "## Fields"),
         table::<Class>("sensors.md", "### Class"),
     ]
 }

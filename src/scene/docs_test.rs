@@ -15,7 +15,9 @@ const DOCS: &str = concat!(
     "\n",
     include_str!("../../docs/vehicles.md"),
     "\n",
-    include_str!("../../docs/sensors.md")
+    include_str!("../../docs/sensors.md"),
+    "\n",
+    include_str!("../../docs/weather.md")
 );
 
 #[test]

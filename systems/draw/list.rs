@@ -13,7 +13,7 @@
 use super::environment::Environment;
 use super::instance_records::InstanceSlots;
 use super::records::MaterialRecord;
-use super::sky::DrawnSky;
+use super::sky_light::drawn_sky::DrawnSky;
 use crate::assets::image::{Image, ImageId, Texels};
 use crate::assets::material::{AlphaMode, MAP_COUNT, Sampler, Shading};
 use crate::assets::mesh::MeshId;

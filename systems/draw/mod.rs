@@ -21,13 +21,11 @@ pub(crate) mod intrinsics;
 pub(crate) mod light_records;
 pub(crate) mod list;
 pub(crate) mod materials;
-pub(crate) mod movers;
-pub(crate) mod openness;
 pub(crate) mod pages;
 pub mod pieces;
 pub(crate) mod records;
 pub(crate) mod shadow_casters;
-pub(crate) mod sky;
+pub mod sky_light;
 mod tone;
 pub(crate) mod view;
 
@@ -45,8 +43,7 @@ pub use list::{
     Transparent,
 };
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};
-pub use movers::{MoverTexel, Movers};
 pub use records::{InstanceRecord, MaterialRecord, SkyRecord, ViewRecord};
 pub use shadow_casters::{ShadowCaster, ShadowScene};
-pub use sky::{DrawnSky, WeatherLight};
+pub use sky_light::{DrawnSky, MoverTexel, Movers, WeatherLight};
 pub use view::{View, in_frustum, rigid};

@@ -7,7 +7,7 @@
 
 use super::spawn::Spawn;
 use crate::draw::pieces::PieceOf;
-use crate::draw::sky::WeatherLight;
+use crate::draw::sky_light::drawn_sky::WeatherLight;
 use bevy_ecs::entity::EntityMapper;
 use bevy_ecs::prelude::*;
 use bevy_ecs::resource::IsResource;

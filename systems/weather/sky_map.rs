@@ -24,6 +24,8 @@ pub struct SkyMap {
 impl SkyMap {
     /// Texels along a side of the first level.
     pub const SIDE: usize = SIDE;
+    /// Levels of the sphere.
+    pub const LEVELS: usize = LEVELS;
 }
 
 /// Place of a texel's middle, −1 to 1 on both axes.

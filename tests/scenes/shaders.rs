@@ -78,6 +78,27 @@ fn shader_structs_mirror_the_draw_list() {
     );
     assert_mirrored!(
         &module,
+        "Sky",
+        SkyRecord {
+            harmonics,
+            ground,
+            unit,
+            sun,
+            sun_radiance,
+            moon,
+            moon_radiance,
+            up,
+            pad0,
+            openness_origin,
+            pad1,
+            openness_bricks,
+            movers_cell,
+            movers_origin,
+            movers_cells,
+        }
+    );
+    assert_mirrored!(
+        &module,
         "PackedInstance",
         InstanceRecord {
             world_from_object,

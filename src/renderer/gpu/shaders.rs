@@ -84,13 +84,15 @@ mod tests {
     use crate::renderer::passes::pass::{Attached, Pass};
     use crate::renderer::passes::pipelines::object_constants;
     use crate::renderer::plan::settings::{DebugView, HeatScale};
-    use crate::renderer::resources::{scatter, tables};
+    use crate::renderer::resources::{scatter, sky, tables};
     use crate::renderer::shadows::{lamp_layers, shadow_layers, sun_levels, traced};
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
     use systems::cells::Sight;
-    use systems::draw::{InstanceRecord, MaterialRecord, PAGE_SLOTS, PipelineKey, ToneMap};
+    use systems::draw::{InstanceRecord, MaterialRecord, Movers, PAGE_SLOTS, PipelineKey, ToneMap};
     use systems::lights::{LightListPage, LightLists, LightRecord, NO_LIGHT, PackedLight};
+    use systems::weather::SkyMap;
+    use systems::weather::openness::Openness;
     use wgpu::naga;
 
     /// Constants that stand for the same in shaders and in Rust, with what Rust has. A name is in here more than once
@@ -171,6 +173,12 @@ mod tests {
             number("EMBOSS_CLAMPED", step_of(EmbossPass::Clamped)),
             number("EMBOSS_COLORED", step_of(EmbossPass::Colored { light: 2 })),
             number("EMBOSS_OPAQUE", step_of(EmbossPass::Opaque)),
+            number("SKY_LEVELS", SkyMap::LEVELS as u32),
+            ("OPENNESS_SPACING", Openness::SPACING.into()),
+            number("OPENNESS_CORNERS", Openness::CORNERS),
+            ("OPENNESS_OFFSET", Openness::OFFSET.into()),
+            number("MOVERS_WIDTH", sky::MOVERS_WIDTH),
+            ("MOVERS_REACH", Movers::REACH.into()),
             ("HEAT_NONE", f64::from(HeatScale::NONE.x)),
             ("HEAT_NONE", f64::from(HeatScale::NONE.y)),
             ("HEAT_NONE", f64::from(HeatScale::NONE.z)),
@@ -189,7 +197,15 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 29] = [
+    const SHADERS_OWN: [(&str, &str); 34] = [
+        (
+            "SKY_HEMISPHERE",
+            "a layer of a texture that src/renderer/resources/sky.rs fills; tests/pictures/sky.rs sees both",
+        ),
+        ("SKY_SPHERE", "the same"),
+        ("BOUNCE", "an albedo that stands for all that hides the sky"),
+        ("MOVERS_OWN", "follows from how much wider than its box an ellipsoid is"),
+        ("MOVERS_OWN_BELOW", "the same"),
         ("NOT_PACKED", "a value of the batch's record"),
         ("COLOR_WORDS", "follows from the bytes of a colour"),
         ("INFINITE", "the standard's bits of a float"),

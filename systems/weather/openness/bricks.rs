@@ -1,7 +1,8 @@
 //! Openness as renderers read it: bricks of corners in three-dimensional textures, and a table of where each brick is.
 
+use super::cells::OFFSET;
 use super::directions::Weights;
-use super::lattice::{BRICK, CORNERS, Lattice, OPEN};
+use super::lattice::{BRICK, CORNERS, Lattice, OPEN, SPACING};
 use crate::weather::sky::Sky;
 use glam::{UVec3, Vec3};
 
@@ -28,6 +29,10 @@ pub struct Openness {
 impl Openness {
     /// Corners along a side of a brick.
     pub const CORNERS: u32 = CORNERS as u32;
+    /// Metres from a corner to the next.
+    pub const SPACING: f32 = SPACING;
+    /// Metres from a surface along its normal at which pixels read openness.
+    pub const OFFSET: f32 = OFFSET;
 
     /// Weighs what corners see by the light of a sky.
     pub fn new(lattice: &Lattice, sky: &Sky) -> Self {

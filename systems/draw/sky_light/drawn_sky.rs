@@ -3,10 +3,10 @@
 //! The world's unit of light is [`Environment::lux`]: a white surface under that illuminance shows 1. So illuminance is
 //! divided by it, and radiance, in cd/m², by a π-th of it.
 
-use super::environment::Environment;
-use super::list::DrawList;
 use super::movers::Movers;
-use super::records::SkyRecord;
+use crate::draw::environment::Environment;
+use crate::draw::list::DrawList;
+use crate::draw::records::SkyRecord;
 use crate::lights::components::Light;
 use crate::lights::relevance::LUMINANCE;
 use crate::space::transform::Transform;

@@ -3,12 +3,12 @@
 //! Objects that stand hide the sky: drawn and solid, larger than [`LEAST`], with nothing [`Interpolated`] on them or
 //! above them. What has moved once counts as a mover from then on. So a car that drives by costs nothing here.
 
-use super::list::{DrawList, PipelineKey};
 use super::movers::{Mover, Movers};
 use crate::assets::library::Library;
 use crate::assets::material::AlphaMode;
 use crate::assets::mesh::MeshId;
 use crate::draw::instance_records::InstanceRecords;
+use crate::draw::list::{DrawList, PipelineKey};
 use crate::ecs::tables::Records;
 use crate::lights::components::NoShadow;
 use crate::space::bounds::Aabb;

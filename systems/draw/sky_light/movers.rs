@@ -72,6 +72,9 @@ impl Mover {
 }
 
 impl Movers {
+    /// Metres from an ellipsoid at which it hides nothing any more.
+    pub const REACH: f32 = REACH;
+
     /// Lists movers in a grid. Of those that a cell has no room for, the farther ones are left out.
     pub fn new(movers: &[Mover]) -> Self {
         let all: Vec<_> =
@@ -139,13 +142,13 @@ mod tests {
                 };
                 let at = ((z * grid.cells[0] + x) * 2) as usize;
                 let listed: Vec<u32> = grid.texels[at..at + 2].concat().into_iter().take_while(|n| *n > 0).collect();
-                let mut near: Vec<u32> = (1..=40).collect();
-                near.sort_by(|a, b| far(&movers[*a as usize - 1]).total_cmp(&far(&movers[*b as usize - 1])));
-                let distances = |all: &[u32]| all.iter().map(|n| far(&movers[*n as usize - 1])).collect::<Vec<_>>();
-                assert_eq!(distances(&listed), distances(&near[..listed.len()]), "{x} {z}");
-                // What is left out is too far, or beyond what a cell has room for.
-                let next = near.get(listed.len()).map_or(f32::INFINITY, |n| far(&movers[*n as usize - 1]));
-                assert!(listed.len() == MOST_LISTED || next > REACH, "{x} {z}: {next}");
+                let distances: Vec<f32> = listed.iter().map(|number| far(&movers[*number as usize - 1])).collect();
+                assert!(distances.is_sorted(), "{x} {z}: {distances:?}");
+                // What is left out is too far, or farther than those for which there is room.
+                let farthest = if listed.len() == MOST_LISTED { distances[MOST_LISTED - 1] } else { REACH };
+                let left_out = (1..=40).filter(|number| !listed.contains(number));
+                let nearest = left_out.map(|number| far(&movers[number as usize - 1])).fold(f32::INFINITY, f32::min);
+                assert!(nearest >= farthest, "{x} {z}: {nearest} {farthest}");
             }
         }
     }
