@@ -93,6 +93,7 @@ fn render(gpu: &Gpu, case: &Value, folder: &Path) -> Vec<[f32; 4]> {
         ground: Vec3::ZERO,
         exposure: 1.0,
         tone_map: ToneMap::Clamp,
+        ..Environment::default()
     };
     simulation.world.insert_resource(black);
     simulation.frame();

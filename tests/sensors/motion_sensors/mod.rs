@@ -11,6 +11,7 @@ use systems::physics::Physical;
 use systems::run::snapshot;
 use systems::sensors::{BarometerSensor, GnssSensor, ImuSensor, LaneReading, LaneSensor, SensorKind};
 use systems::space::GRAVITY;
+use systems::space::GeoOrigin;
 use systems::space::origin::Origin;
 use systems::space::wgs84::Geodetic;
 use systems::vehicles::routes::{RoutePlan, Routes};
