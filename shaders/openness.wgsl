@@ -6,7 +6,8 @@ override OPENNESS: bool = false;
 @group(0) @binding(6) var openness_table: texture_3d<u32>;
 @group(0) @binding(7) var openness_sides: texture_3d<f32>;
 @group(0) @binding(8) var openness_up: texture_3d<f32>;
-// Lists of ellipsoids, two texels a cell, and three rows for each ellipsoid: systems/draw/movers.rs.
+// Rooms (systems/weather/openness/bricks.rs); lists of ellipsoids, two texels a cell, and three rows for each ellipsoid
+// (systems/draw/sky_light/movers.rs).
 @group(0) @binding(9) var movers: texture_2d<u32>;
 
 const OPENNESS_SPACING: f32 = 2.0;
@@ -16,6 +17,8 @@ const OPENNESS_CORNERS = 5u;
 const OPENNESS_OFFSET: f32 = 1.0;
 // Albedo of what hides the sky.
 const BOUNCE = 0.25;
+// Metres within a room's walls at which its outermost corners lie.
+const ROOM_MARGIN: f32 = 0.05;
 // Texels in a row of the movers' table.
 const MOVERS_WIDTH = 1024u;
 // Metres from an ellipsoid at which it hides nothing any more.
@@ -44,17 +47,55 @@ fn find_openness(position: vec3f, normal: vec3f) {
     if any(brick < vec3f(0.0)) || any(brick >= vec3f(textureDimensions(openness_table))) {
         return;
     }
-    let number = textureLoad(openness_table, vec3u(brick), 0).x;
-    if number == 0u {
+    let entry = textureLoad(openness_table, vec3u(brick), 0).xy;
+    if entry.y != 0u && read_room(entry.y, position + view.eye, normal) {
         return;
     }
-    let n = number - 1u;
+    if entry.x != 0u {
+        read_brick(entry.x - 1u, (at - brick) * f32(OPENNESS_CORNERS - 1u));
+    }
+}
+
+// At a place in a brick, counted in corners.
+fn read_brick(number: u32, at: vec3f) {
     let bricks = sky.openness_bricks;
-    let first = vec3u(n % bricks.x, n / bricks.x % bricks.y, n / (bricks.x * bricks.y)) * OPENNESS_CORNERS;
-    let texel = vec3f(first) + (at - brick) * f32(OPENNESS_CORNERS - 1u) + 0.5;
-    let uvw = texel / vec3f(bricks * OPENNESS_CORNERS);
+    let first = vec3u(number % bricks.x, number / bricks.x % bricks.y, number / (bricks.x * bricks.y));
+    let uvw = (vec3f(first * OPENNESS_CORNERS) + at + 0.5) / vec3f(bricks * OPENNESS_CORNERS);
     open_sides *= textureSampleLevel(openness_sides, sky_sampler, uvw, 0.0);
     open_up *= textureSampleLevel(openness_up, sky_sampler, uvw, 0.0).x;
+}
+
+// Whether a surface lies in one of the rooms of a list, in world space; reads its corners then.
+fn read_room(list: u32, place: vec3f, normal: vec3f) -> bool {
+    var words = movers_texel(list);
+    let count = words.x;
+    words = vec4u(words.yzw, 0u);
+    var left = 3u;
+    var texel = list;
+    for (var i = 0u; i < count; i++) {
+        if left == 0u {
+            texel++;
+            words = movers_texel(texel);
+            left = 4u;
+        }
+        let room = words.x * 3u;
+        words = vec4u(words.yzw, 0u);
+        left--;
+        let low = movers_texel(room);
+        let size = movers_texel(room + 2u);
+        let extent = bitcast<vec3f>(size.xyz);
+        let at = place - bitcast<vec3f>(low.xyz) + normal * ROOM_MARGIN;
+        if all(at >= vec3f(-ROOM_MARGIN)) && all(at <= extent + ROOM_MARGIN) {
+            let inner = clamp(at + normal * (OPENNESS_OFFSET - ROOM_MARGIN), vec3f(0.0), extent);
+            let corner = inner * bitcast<vec3f>(movers_texel(room + 1u).xyz);
+            let bricks = vec3u(size.w & 1023u, size.w >> 10u & 1023u, size.w >> 20u);
+            let cells = f32(OPENNESS_CORNERS - 1u);
+            let brick = min(vec3u(corner / cells), bricks - 1u);
+            read_brick(low.w + (brick.z * bricks.y + brick.y) * bricks.x + brick.x, corner - vec3f(brick) * cells);
+            return true;
+        }
+    }
+    return false;
 }
 
 fn movers_texel(index: u32) -> vec4u {
@@ -68,8 +109,8 @@ fn left_by_movers(place: vec3f, normal: vec3f) -> f32 {
     if any(at < vec2f(0.0)) || any(at >= vec2f(sky.movers_cells)) {
         return 1.0;
     }
-    let cell = (u32(at.y) * sky.movers_cells.x + u32(at.x)) * 2u;
-    let first = sky.movers_cells.x * sky.movers_cells.y * 2u;
+    let cell = sky.movers_first + (u32(at.y) * sky.movers_cells.x + u32(at.x)) * 2u;
+    let first = sky.movers_first + sky.movers_cells.x * sky.movers_cells.y * 2u;
     var left = 1.0;
     var listed = movers_texel(cell);
     var number = 0u;

@@ -18,9 +18,10 @@ struct Sky {
     pad0: u32,
     // World space of the first brick of openness, and the bricks along each axis of their textures.
     openness_origin: vec3f,
-    pad1: u32,
+    // The grid of movers: its first cell's texel.
+    movers_first: u32,
     openness_bricks: vec3u,
-    // The grid of movers: metres along a side of a cell, X and Z of its corner, cells along both.
+    // Metres along a side of a cell, X and Z of its corner, cells along both.
     movers_cell: f32,
     movers_origin: vec2f,
     movers_cells: vec2u,

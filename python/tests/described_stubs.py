@@ -105,6 +105,10 @@ def parts():
             read, given = "Tuple[float, float, float]", 'Union[_Point, Literal["inverse_square"]]'
         properties += ["    @property", f"    def {name}(self) -> {read}: ..."]
         properties += [f"    @{name}.setter", f"    def {name}(self, value: {given}) -> None: ..."]
+    weather = DESCRIPTIONS["weather"]["properties"]
+    own.append(arguments("_WeatherArguments", weather, stubs))
+    shown = [f"    {name}: {stubs.type(field, name, given=False)}" for name, field in weather.items()]
+    own.append("\n".join(["class _Weather(TypedDict):", *shown]))
     readings = []
     for kind in READINGS:
         schema = DESCRIPTIONS["readings"][kind]

@@ -116,6 +116,13 @@ def calls(sim):
     signal = lambda **given: sim.set_signal(**{"name": "crossing", "shows": "red", **given})
     yield signal, "name", "text", None
     yield signal, "shows", "names", OPTIONAL
+    weather = lambda **given: sim.set_weather(
+        **{"sun_azimuth_degrees": 90, "sun_elevation_degrees": 30, **given}
+    )
+    yield weather, "preset", "text", OPTIONAL
+    yield weather, "date", "text", OPTIONAL
+    for name in ("over_seconds", "time_speed", "haze", "clouds", "glow"):
+        yield weather, name, "number", OPTIONAL
 
     for name, kind in [("position", "point"), ("transform", "matrix"), ("hidden", "flag")]:
         yield setter(box, name), 0, kind, (name, "missing")

@@ -11,6 +11,7 @@ mod error;
 mod file;
 mod gltf;
 mod images;
+pub mod lattices;
 pub mod meshes;
 mod model;
 pub mod progress;

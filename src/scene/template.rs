@@ -9,6 +9,7 @@ use super::prepared::{Content, LoadedScene, Prepared};
 use super::read::custom_fields::SceneFields;
 use super::read::overrides::Overrides;
 use crate::import::cache::Cache;
+use crate::import::lattices::keep_lattices;
 use crate::import::meshes::finish_meshes;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -59,6 +60,7 @@ impl Template {
     pub fn instantiate(&self, seed: Option<u64>) -> (Simulation, LoadedScene) {
         let mut simulation = Simulation::new();
         simulation.world.insert_resource(self.library.clone());
+        keep_lattices(&mut simulation.world);
         let loaded = self.prepared.instantiate(&self.path, seed, &mut simulation);
         (simulation, loaded)
     }

@@ -2,6 +2,7 @@
 
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
+use crate::import::lattices::keep_lattices;
 use crate::import::meshes::finish_meshes;
 use crate::problem::Problem;
 use crate::scene::{self, LoadedScene, SceneError, SceneFields};
@@ -120,6 +121,9 @@ pub fn world(path: &Path, options: &LoadOptions) -> Result<(Simulation, LoadedSc
     let scene = scene::load_seeded(path, options.seed, &mut simulation)?;
     drop(watch);
     work_out(&mut simulation.world.resource_mut::<Library>(), options);
+    if options.cache {
+        keep_lattices(&mut simulation.world);
+    }
     limit_textures(&mut simulation, options.texture_bytes);
     simulation.world.resource_mut::<Library>().keep_texels(options.keep_texels);
     for warning in &scene.warnings {

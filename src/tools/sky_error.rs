@@ -46,7 +46,7 @@ pub struct SkyReport {
     pub none: PictureError,
     /// Openness.
     pub openness: PictureError,
-    /// What rays find, times what an open place has by three bands of harmonics.
+    /// Share that rays find, times the light that an open place has by three bands of harmonics.
     pub perfect: PictureError,
 }
 

@@ -54,8 +54,8 @@ pub struct SkyRecord {
     pub pad0: u32,
     /// World space of the first brick of openness, metres.
     pub openness_origin: [f32; 3],
-    /// Not used.
-    pub pad1: u32,
+    /// Texel of the first cell of the movers' grid.
+    pub movers_first: u32,
     /// Bricks of openness along each axis of their textures.
     pub openness_bricks: [u32; 3],
     /// Metres along a side of a cell of the movers' grid.

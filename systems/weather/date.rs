@@ -56,7 +56,7 @@ impl fmt::Display for Date {
     }
 }
 
-/// As text for people, as a number for programs.
+/// Text for people, a number for programs.
 impl Serialize for Date {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() { serializer.collect_str(self) } else { self.0.serialize(serializer) }

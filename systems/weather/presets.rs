@@ -5,7 +5,7 @@ use super::weather::{SkyModel, Weather};
 /// Azimuth of a preset's sun and moon: degrees from north over east.
 const AZIMUTH: f64 = 150.0;
 
-/// What presets differ in.
+/// A preset: the fields in which it differs from others.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
     /// Name in scenes, on the command line, in Python and in the window.

@@ -90,7 +90,7 @@ fn shader_structs_mirror_the_draw_list() {
             up,
             pad0,
             openness_origin,
-            pad1,
+            movers_first,
             openness_bricks,
             movers_cell,
             movers_origin,

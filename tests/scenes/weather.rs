@@ -54,7 +54,7 @@ fn weather_is_a_preset_or_fields() {
     assert_eq!(weather(by_date), Weather { sky: SkyModel::Atmosphere, ..Weather::default() });
 }
 
-/// What is wrong with weather.
+/// Faults of weather with their places.
 const FAULTS: &str = r##"
     (weather: "golden_our") → 1:12: unknown weather "golden_our" (did you mean "golden_hour"?)
     (weather: (hase: 3000)) → 1:12: unknown field "hase"; did you mean "haze"?

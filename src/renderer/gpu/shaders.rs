@@ -92,7 +92,7 @@ mod tests {
     use systems::draw::{InstanceRecord, MaterialRecord, Movers, PAGE_SLOTS, PipelineKey, ToneMap};
     use systems::lights::{LightListPage, LightLists, LightRecord, NO_LIGHT, PackedLight};
     use systems::weather::SkyMap;
-    use systems::weather::openness::Openness;
+    use systems::weather::openness::{Openness, Room};
     use wgpu::naga;
 
     /// Constants that stand for the same in shaders and in Rust, with what Rust has. A name is in here more than once
@@ -177,6 +177,7 @@ mod tests {
             ("OPENNESS_SPACING", Openness::SPACING.into()),
             number("OPENNESS_CORNERS", Openness::CORNERS),
             ("OPENNESS_OFFSET", Openness::OFFSET.into()),
+            ("ROOM_MARGIN", Room::INSET.into()),
             number("MOVERS_WIDTH", sky::MOVERS_WIDTH),
             ("MOVERS_REACH", Movers::REACH.into()),
             ("HEAT_NONE", f64::from(HeatScale::NONE.x)),

@@ -69,7 +69,7 @@ fn upload_openness(gpu: &Gpu, openness: &Openness) -> (OpennessViews, u64) {
     (views, bytes)
 }
 
-const TABLE: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+const TABLE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 const SIDES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 const UP: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 

@@ -26,9 +26,9 @@ const OFF: f32 = 1e-9;
 pub struct DrawnSky {
     /// Map of its radiance. Equal pointers have equal maps.
     pub sky: Arc<Sky>,
-    /// How much of it each place sees; `None`: all of it everywhere.
+    /// Part of it that each place sees; `None`: all of it everywhere.
     pub openness: Option<Arc<Openness>>,
-    /// What moves and hides it from what is beside.
+    /// Movers, which hide it from what is beside them.
     pub movers: Movers,
     /// Constants for shaders.
     pub record: SkyRecord,
@@ -40,7 +40,8 @@ impl DrawnSky {
             self.record.openness_origin = openness.origin.to_array();
             self.record.openness_bricks = openness.texture_bricks.to_array();
         }
-        let Movers { origin, cells, cell, .. } = movers;
+        let Movers { first, origin, cells, cell, .. } = movers;
+        self.record.movers_first = first;
         (self.record.movers_origin, self.record.movers_cells) = (origin.to_array(), cells);
         self.record.movers_cell = cell;
         (self.openness, self.movers) = (openness, movers);

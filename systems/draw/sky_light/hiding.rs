@@ -7,6 +7,7 @@ use super::movers::{Mover, Movers};
 use crate::assets::library::Library;
 use crate::assets::material::AlphaMode;
 use crate::assets::mesh::MeshId;
+use crate::cells::cells::{Cell, Cells};
 use crate::draw::instance_records::InstanceRecords;
 use crate::draw::list::{DrawList, PipelineKey};
 use crate::ecs::tables::Records;
@@ -17,6 +18,7 @@ use crate::space::transform::GlobalTransform;
 use crate::weather::openness::bricks::Openness;
 use crate::weather::openness::corners::{Occluder, Occluders};
 use crate::weather::openness::lattice::Lattice;
+use crate::weather::openness::rooms::Room;
 use crate::weather::sky::Sky;
 use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
@@ -33,7 +35,7 @@ const LARGE: f32 = 10.0;
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Known {
     object: EntityIndex,
-    /// Where it stands; `None` where it hides nothing.
+    /// Its place, if it hides something.
     stands: Option<[[f32; 4]; 3]>,
 }
 
@@ -53,15 +55,30 @@ struct Standing {
 pub(crate) struct OpennessState {
     /// By slot.
     known: Vec<Option<Known>>,
-    /// What moves, by its topmost entity: the box of all that is drawn of it, in its own space.
+    /// Boxes of movers by their topmost entity, in its own space: around all that is drawn of them.
     boxes: BTreeMap<Entity, Aabb>,
-    /// What stood, and has moved.
+    /// Objects that stood, and have moved.
     movers: BTreeSet<EntityIndex>,
     standing: Vec<Standing>,
+    /// Boxes of rooms, when corners were asked.
+    cells: Vec<Aabb>,
     /// Number by which equal sets of triangles are known.
     hash: u128,
     lattice: Option<Arc<Lattice>>,
 }
+
+/// Place where lattices are kept from run to run.
+pub trait LatticeStore: Send + Sync {
+    /// The bytes that were written for a hash of triangles.
+    fn read(&self, hash: u128) -> Option<Vec<u8>>;
+
+    /// Keeps bytes. Where that fails, they are made anew.
+    fn write(&self, hash: u128, bytes: &[u8]);
+}
+
+/// Store of a world. Worlds without one ask all corners anew.
+#[derive(Resource, Clone)]
+pub struct KeptLattices(pub Arc<dyn LatticeStore>);
 
 /// Lattices that were made last, and their openness under skies: shared by the worlds of a process.
 static LATTICES: Mutex<VecDeque<(u128, Option<Arc<Lattice>>)>> = Mutex::new(VecDeque::new());
@@ -84,8 +101,9 @@ pub(crate) fn update_openness(world: &mut World) {
         let place = |entity: Entity| world.get::<GlobalTransform>(entity).map(GlobalTransform::affine);
         let movers =
             state.boxes.iter().filter_map(|(entity, aabb)| Some(Mover { place: place(*entity)?, aabb: *aabb }));
-        let movers = Movers::new(&movers.collect::<Vec<_>>());
         let openness = state.lattice.clone().map(|lattice| weighed(state.hash, &lattice, &sky));
+        let rooms = openness.as_ref().map_or(&[][..], |openness| &openness.rooms);
+        let movers = Movers::new(rooms, &movers.collect::<Vec<_>>());
         let mut list = world.resource_mut::<DrawList>();
         let list = list.bypass_change_detection();
         list.light_features.openness = openness.is_some();
@@ -174,24 +192,36 @@ impl OpennessState {
                 standing.push(Standing { mesh: key.mesh, world_from_object, double_sided, mirrored, is_large });
             }
         }
-        if standing == self.standing {
+        let cells: Vec<Aabb> = world.resource::<Cells>().cells().iter().map(Cell::aabb).collect();
+        if standing == self.standing && cells == self.cells {
             return;
         }
         let triangles: Vec<Occluder> =
             standing.iter().flat_map(|standing| standing.triangles(library).into_iter().flatten()).collect();
-        self.standing = standing;
-        let hash = Occluders::hash(&triangles);
+        (self.standing, self.cells) = (standing, cells.clone());
+        let rooms: Vec<Room> = cells.iter().filter_map(|walls| Room::within(walls)).collect();
+        let hash = Occluders::hash(&triangles, &rooms);
         self.hash = hash;
         let lock = || LATTICES.lock().unwrap_or_else(PoisonError::into_inner);
         let known = lock().iter().find(|(own, _)| *own == hash).map(|(_, lattice)| lattice.clone());
         self.lattice = known.unwrap_or_else(|| {
-            let lattice = Lattice::new(triangles).map(Arc::new);
+            let lattice = kept(world.get_resource::<KeptLattices>(), hash, triangles, rooms).map(Arc::new);
             let mut all = lock();
             all.truncate(MOST_KEPT - 1);
             all.push_front((hash, lattice.clone()));
             lattice
         });
     }
+}
+
+/// The lattice of some triangles: from the store, or made and left there.
+fn kept(store: Option<&KeptLattices>, hash: u128, triangles: Vec<Occluder>, rooms: Vec<Room>) -> Option<Lattice> {
+    let known = store.and_then(|store| Lattice::from_bytes(&store.0.read(hash)?));
+    known.or_else(|| {
+        let lattice = Lattice::new(triangles, rooms)?;
+        store.iter().for_each(|store| store.0.write(hash, &lattice.to_bytes()));
+        Some(lattice)
+    })
 }
 
 impl Standing {

@@ -6,4 +6,5 @@ pub(crate) mod hiding;
 pub(crate) mod movers;
 
 pub use drawn_sky::{DrawnSky, WeatherLight};
+pub use hiding::{KeptLattices, LatticeStore};
 pub use movers::{MoverTexel, Movers};

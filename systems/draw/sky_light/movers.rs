@@ -1,4 +1,4 @@
-//! What moves and hides the sky from what is beside it: ellipsoids in a grid.
+//! Movers, which hide the sky from what is beside them: ellipsoids in a grid.
 //!
 //! A mover is all that hangs below the topmost thing that is [`Interpolated`](crate::space::Interpolated): a vehicle
 //! with its parts. Its box becomes an ellipsoid [`STRETCH`] times as wide, whose share of a surface's light is that of
@@ -29,9 +29,11 @@ pub type MoverTexel = [u32; 4];
 /// Movers of a frame.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Movers {
-    /// Two texels for each cell of the grid, rows along X, with the numbers of its ellipsoids, counted from 1; then
+    /// First those of rooms. Then two texels for each cell of the grid, rows along X, with the numbers of its ellipsoids, counted from 1; then
     /// three for each ellipsoid: the rows of the matrix from the world to the space in which it is the unit sphere.
     pub texels: Vec<MoverTexel>,
+    /// Texel of the first cell.
+    pub first: u32,
     /// World space, X and Z of the first cell's corner, metres.
     pub origin: Vec2,
     /// Cells along X and Z.
@@ -75,13 +77,16 @@ impl Movers {
     /// Metres from an ellipsoid at which it hides nothing any more.
     pub const REACH: f32 = REACH;
 
-    /// Lists movers in a grid. Of those that a cell has no room for, the farther ones are left out.
-    pub fn new(movers: &[Mover]) -> Self {
+    /// Lists movers in a grid, behind the texels of rooms. Of those that a cell has no room for, the farther ones are left
+    /// out.
+    pub fn new(rooms: &[MoverTexel], movers: &[Mover]) -> Self {
         let all: Vec<_> =
             movers.iter().filter_map(|mover| Some((mover.sphere_from_world()?, mover.extent()))).collect();
         let low = all.iter().map(|(_, [low, _])| *low).reduce(Vec2::min);
         let high = all.iter().map(|(_, [_, high])| *high).reduce(Vec2::max);
-        let Some((low, high)) = low.zip(high) else { return Self::default() };
+        let Some((low, high)) = low.zip(high) else {
+            return Self { texels: rooms.to_vec(), ..Self::default() };
+        };
         let (low, high) = (low - REACH, high + REACH);
         let longest = (high - low).max_element();
         let mut cell = CELL;
@@ -104,7 +109,8 @@ impl Movers {
                 }
             }
         }
-        let mut texels = Vec::with_capacity(lists.len() * 2 + all.len() * 3);
+        let mut texels = Vec::with_capacity(rooms.len() + lists.len() * 2 + all.len() * 3);
+        texels.extend_from_slice(rooms);
         for mut list in lists {
             list.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let number = |i: usize| list.get(i).map_or(0, |(_, number)| *number);
@@ -115,7 +121,7 @@ impl Movers {
             let row = |axis: Vec3, t: f32| axis.extend(t).to_array().map(f32::to_bits);
             texels.extend([row(m.x_axis.into(), t.x), row(m.y_axis.into(), t.y), row(m.z_axis.into(), t.z)]);
         }
-        Self { texels, origin, cells, cell }
+        Self { texels, first: rooms.len() as u32, origin, cells, cell }
     }
 }
 
@@ -131,7 +137,7 @@ mod tests {
     #[test]
     fn a_cell_lists_what_reaches_it_nearest_first() {
         let movers: Vec<Mover> = (0..40).map(|i| car((i % 8) as f32 * 3.0, (i / 8) as f32 * 5.0)).collect();
-        let grid = Movers::new(&movers);
+        let grid = Movers::new(&[], &movers);
         assert_eq!(grid.texels.len(), (grid.cells[0] * grid.cells[1]) as usize * 2 + movers.len() * 3);
         for z in 0..grid.cells[1] {
             for x in 0..grid.cells[0] {
@@ -155,8 +161,8 @@ mod tests {
 
     #[test]
     fn a_grid_of_far_movers_is_no_larger_than_it_may_be() {
-        let grid = Movers::new(&[car(-9000.0, 0.0), car(9000.0, 500.0)]);
+        let grid = Movers::new(&[], &[car(-9000.0, 0.0), car(9000.0, 500.0)]);
         assert!(grid.cells.iter().all(|cells| *cells <= MOST_CELLS + 1), "{:?}", grid.cells);
-        assert_eq!(Movers::new(&[]), Movers::default());
+        assert_eq!(Movers::new(&[], &[]), Movers::default());
     }
 }

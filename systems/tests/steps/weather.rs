@@ -54,7 +54,7 @@ fn steps(simulation: &mut Simulation, count: usize) {
     (0..count).for_each(|_| simulation.step());
 }
 
-/// What there is of sun and moon: all lights, and the directions toward them.
+/// Lights of sun and moon: all there are, and the directions toward them.
 fn lights(simulation: &mut Simulation) -> Vec<(Light, Vec3)> {
     let mut lights = simulation.world.query_filtered::<(&Light, &Transform), With<WeatherLight>>();
     let toward = |(light, at): (&Light, &Transform)| (light.clone(), at.rotation * Vec3::Z);

@@ -1,6 +1,7 @@
-//! What corners of the grid see of the sky, by rays.
+//! Views of the sky from corners of the grid, by rays.
 
 use super::directions::{Bits, DIRECTIONS, directions};
+use super::rooms::Room;
 use crate::space::box_tree::Open;
 use crate::space::triangle_tree::{TreeRay, TriangleTree};
 use glam::{Vec3, Vec3A};
@@ -50,9 +51,12 @@ impl Occluders {
         &self.triangles
     }
 
-    /// A number for the triangles, by which equal ones are known.
-    pub fn hash(triangles: &[Occluder]) -> u128 {
+    /// A number for triangles and rooms, by which equal ones are known.
+    pub fn hash(triangles: &[Occluder], rooms: &[Room]) -> u128 {
         let mut hash = Xxh3::new();
+        for Room { low, size, .. } in rooms {
+            hash.update(bytemuck::bytes_of(&[*low, *size]));
+        }
         for Occluder { corners, is_double_sided, is_large } in triangles {
             hash.update(bytemuck::bytes_of(corners));
             hash.update(&[u8::from(*is_double_sided), u8::from(*is_large)]);
