@@ -74,7 +74,7 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
     app.shows("base colours", &place.rendered(0, &["--debug", "base"]));
     app.press(&["v", "v"]);
     app.shows("tangents", &place.rendered(0, &["--debug", "tangent"]));
-    app.press(&["v", "v", "v", "v", "v", "v"]);
+    app.press(&["v"; 7]);
     app.shows("light again", &plain);
 
     app.close();

@@ -10,6 +10,7 @@ use crate::assets::mesh::MeshId;
 use crate::cells::cells::{Cell, Cells};
 use crate::draw::instance_records::InstanceRecords;
 use crate::draw::list::{DrawList, PipelineKey};
+use crate::draw::pieces::PieceOf;
 use crate::ecs::tables::Records;
 use crate::lights::components::NoShadow;
 use crate::space::bounds::Aabb;
@@ -183,7 +184,10 @@ impl OpennessState {
                 *known = Aabb { min: known.min.min(within.min), max: known.max.max(within.max) };
             }
             let entry = entry.filter(|_| mover.is_none());
-            let size = entry.map_or(0.0, |entry| size(&entry.aabb.transformed(&place_of(&world_from_object))));
+            // A piece is of something larger.
+            let least = if world.get::<PieceOf>(entity).is_some() { LARGE } else { 0.0 };
+            let size =
+                entry.map_or(0.0, |entry| size(&entry.aabb.transformed(&place_of(&world_from_object))).max(least));
             let stands = (size >= LEAST).then_some(world_from_object);
             self.known[slot as usize] = Some(Known { object, stands });
             if stands.is_some() {
