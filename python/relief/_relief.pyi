@@ -277,6 +277,30 @@ class _DirectionalLight(TypedDict, total=False):
     on: Optional[bool]
     shadows: Optional[bool]
     temperature_kelvin: Optional[int]
+
+class _WeatherArguments(TypedDict, total=False):
+    clouds: Optional[float]
+    date: Optional[str]
+    glow: Optional[float]
+    haze: Optional[float]
+    moon_azimuth_degrees: Optional[float]
+    moon_elevation_degrees: Optional[float]
+    sky: Optional[Literal["gradient", "atmosphere"]]
+    sun_azimuth_degrees: Optional[float]
+    sun_elevation_degrees: Optional[float]
+    time_speed: Optional[float]
+
+class _Weather(TypedDict):
+    clouds: float
+    date: str
+    glow: float
+    haze: float
+    moon_azimuth_degrees: Optional[float]
+    moon_elevation_degrees: Optional[float]
+    sky: Literal["gradient", "atmosphere"]
+    sun_azimuth_degrees: Optional[float]
+    sun_elevation_degrees: Optional[float]
+    time_speed: float
 # end of described
 
 # described: kinds

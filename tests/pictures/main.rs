@@ -16,6 +16,7 @@ mod limits;
 mod outputs;
 mod pieces;
 mod sensors;
+mod sky;
 mod tone_curves;
 mod vertex_rounding;
 mod views;

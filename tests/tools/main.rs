@@ -15,6 +15,7 @@ mod maps;
 #[path = "../common/models.rs"]
 mod models;
 mod shadow_truth;
+mod sky_error;
 mod specular_aa;
 
 use crate::common::prelude::*;

@@ -17,7 +17,7 @@ pub struct Openness {
     pub origin: Vec3,
     /// Bricks of the table along each axis.
     pub table_size: UVec3,
-    /// Of each brick its number, counted from 1, and the texel of `rooms` at which the list of its rooms begins; 0: there
+    /// Number of each brick, counted from 1, and the texel of `rooms` at which the list of its rooms begins; 0: there
     /// is none, and without both all is open. X fastest, then Y, then Z.
     pub table: Vec<[u32; 2]>,
     /// Three texels for each room: its first corner and its first brick's number; corners per metre and 0; size and
