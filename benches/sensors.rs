@@ -162,6 +162,7 @@ impl Layout {
             ground: SKY_COLOR,
             exposure: 1.0,
             tone_map: ToneMap::Clamp,
+            ..Environment::default()
         });
         let mut library = world.resource_mut::<Library>();
         let ground = library.add_mesh(shapes::plane(Vec2::splat(GROUND), UVec2::ONE));

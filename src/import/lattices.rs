@@ -18,6 +18,7 @@ impl LatticeStore for InCache {
 
     fn write(&self, hash: u128, bytes: &[u8]) {
         self.0.write(&key(hash), bytes);
+        self.0.trim();
     }
 }
 

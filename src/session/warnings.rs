@@ -1,14 +1,24 @@
-//! Faults of single vehicles in a step.
+//! Faults that a step or a frame has found, of which the run goes on.
 
 #[cfg(feature = "vehicles")]
 use crate::name;
+use bevy_ecs::change_detection::DetectChangesMut;
 use systems::Simulation;
+use systems::draw::sky_light::OpennessState;
 #[cfg(feature = "vehicles")]
 use systems::vehicles::external::STALE;
 
-/// Faults of single vehicles in a step, each once; everything else goes on.
-#[cfg(feature = "vehicles")]
+/// Faults since the last call, each once; everything else goes on.
 pub fn take(simulation: &mut Simulation) -> Vec<String> {
+    let mut found = of_vehicles(simulation);
+    let mut openness = simulation.world.resource_mut::<OpennessState>();
+    found.extend(openness.bypass_change_detection().take_warning().map(str::to_owned));
+    found
+}
+
+/// Faults of single vehicles.
+#[cfg(feature = "vehicles")]
+fn of_vehicles(simulation: &mut Simulation) -> Vec<String> {
     let world = &mut simulation.world;
     #[cfg(feature = "physics")]
     let mut found = world.resource_mut::<systems::physics::Physics>().take_warnings();
@@ -26,6 +36,6 @@ pub fn take(simulation: &mut Simulation) -> Vec<String> {
 
 /// A build without vehicles has no such faults.
 #[cfg(not(feature = "vehicles"))]
-pub fn take(_: &mut Simulation) -> Vec<String> {
+fn of_vehicles(_: &mut Simulation) -> Vec<String> {
     Vec::new()
 }

@@ -13,7 +13,7 @@ use crate::ecs::clock::Clock;
 use crate::lights::components::Light;
 use crate::space::geo_origin::GeoOrigin;
 use crate::space::hidden::Hidden;
-use crate::space::interpolation::Interpolated;
+use crate::space::interpolation::{Interpolated, Moved};
 use crate::space::transform::Transform;
 #[cfg(feature = "vehicles")]
 use crate::vehicles::components::Controls;
@@ -122,8 +122,12 @@ impl Input for SetTransform {
 
     fn apply(&self, world: &mut World) {
         let Some(entity) = find(world, self.entity) else { return };
+        let has_moved = world.get::<Transform>(entity).is_some_and(|placed| *placed != self.transform);
         if let Some(mut placed) = world.get_mut::<Transform>(entity) {
             *placed = self.transform;
+        }
+        if has_moved && world.get::<Interpolated>(entity).is_none() {
+            world.entity_mut(entity).insert(Moved);
         }
         #[cfg(feature = "vehicles")]
         vehicle_inputs::put(world, entity, self.transform);

@@ -15,6 +15,7 @@ use crate::describe::check::check;
 use crate::ecs::clock::{Clock, Seed};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
+use crate::space::interpolation::Moved;
 use crate::space::motion::Spin;
 use crate::space::origin::Origin;
 use crate::space::transform::Transform;
@@ -91,6 +92,7 @@ impl StateList {
         list.add(Component::<Portal>::checked("portal", |portal| check(portal).is_ok()));
         list.add(Component::<Door>::checked("door", Door::is_valid));
         list.add_component::<Hidden>("hidden");
+        list.add(Component::<Moved>::new("moved").optional());
         let has_shown = |variants: &MeshVariants| variants.shown < variants.meshes.len().max(1);
         list.add_checked_component::<MeshVariants>("figure", has_shown);
         list.add(Component::<MeshId, With<MeshVariants>>::new("shape"));
@@ -191,7 +193,6 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
     }
 
     /// The same, missing in files where no entity has it.
-    #[cfg(feature = "vehicles")]
     pub fn optional(self) -> Self {
         Self { is_optional: true, ..self }
     }

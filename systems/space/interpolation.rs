@@ -11,6 +11,7 @@ use crate::ecs::columns::Column;
 use crate::ecs::parallel::in_parallel;
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Time of a frame between the last two steps.
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
@@ -43,6 +44,10 @@ pub struct Interpolated {
     /// Number of its jumps since the world began.
     jumps: u32,
 }
+
+/// Was put elsewhere by an input: what stands for good has none. State.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct Moved;
 
 impl Interpolated {
     /// Tells that the entity did not move but was put elsewhere, in this step: it is not drawn in between, and sensors

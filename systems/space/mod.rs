@@ -24,7 +24,7 @@ pub use bounds::{Aabb, Sphere};
 pub use geo_origin::GeoOrigin;
 pub use gravity::GRAVITY;
 pub use hidden::{Hidden, InheritedHidden, inherit_hidden};
-pub use interpolation::{Interpolated, Interpolation, remember};
+pub use interpolation::{Interpolated, Interpolation, Moved, remember};
 pub use motion::{Spin, spin};
 pub use propagation::{NewParents, note_parent, update_transforms};
 pub use transform::{FARTHEST, GlobalTransform, LARGEST, Transform};

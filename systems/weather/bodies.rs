@@ -40,7 +40,8 @@ fn direction(azimuth: f64, elevation: f64) -> DVec3 {
     DVec3::new(flat * north, up, flat * east)
 }
 
-fn of_angles((azimuth, elevation): Angles) -> DVec3 {
+/// Direction of azimuth and elevation, degrees.
+pub(crate) fn of_angles((azimuth, elevation): Angles) -> DVec3 {
     direction(azimuth.to_radians(), elevation.to_radians())
 }
 

@@ -7,7 +7,7 @@
 //! and Spencer: "Illumination from a non-uniform sky", Illuminating Engineering 37, 1942).
 
 use super::atmosphere::Atmosphere;
-use super::bodies::{Bodies, Body};
+use super::bodies::{Bodies, Body, of_angles};
 use super::harmonics::Harmonics;
 use super::prefilter;
 use super::sky_map::{SIDE, SkyMap, SkyTexel, hemisphere, in_hemisphere, middle, solid_angle};
@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3};
 use half::f16;
 use std::collections::VecDeque;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Albedo of the ground, whose light is that of the lower half of the sky.
 pub(crate) const GROUND_ALBEDO: f64 = 0.2;
@@ -73,30 +73,53 @@ struct SkyKey {
     glow: u64,
 }
 
-/// Skies that were made last, and the air that they were made for: shared by all worlds of a process.
-static MADE: Mutex<VecDeque<(SkyKey, Arc<Sky>)>> = Mutex::new(VecDeque::new());
+/// Skies that some world has, and air that was asked for last: shared by all worlds of a process.
+static MADE: Mutex<Vec<(SkyKey, Weak<Sky>)>> = Mutex::new(Vec::new());
 static AIR: Mutex<VecDeque<(i64, Arc<Atmosphere>)>> = Mutex::new(VecDeque::new());
-const MOST_KEPT: usize = 8;
+const MOST_AIR: usize = 16;
 
-/// The value of a key, made unless it is among those that were asked for last.
-fn kept<K: Copy + PartialEq, V>(all: &Mutex<VecDeque<(K, Arc<V>)>>, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+/// The value of a key, made unless somebody has it.
+pub(crate) fn shared<K: PartialEq, V>(all: &Mutex<Vec<(K, Weak<V>)>>, key: K, make: impl FnOnce(&K) -> V) -> Arc<V> {
     let lock = || all.lock().unwrap_or_else(PoisonError::into_inner);
-    let found = lock().iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone());
-    found.unwrap_or_else(|| {
-        let value = Arc::new(make());
-        let mut all = lock();
-        all.truncate(MOST_KEPT - 1);
-        all.push_front((key, value.clone()));
-        value
-    })
+    let find = |all: &[(K, Weak<V>)]| all.iter().find(|(own, _)| *own == key).and_then(|(_, value)| value.upgrade());
+    if let Some(known) = find(&lock()) {
+        return known;
+    }
+    let made = Arc::new(make(&key));
+    let mut all = lock();
+    // Another thread may have made it meanwhile.
+    if let Some(known) = find(&all) {
+        return known;
+    }
+    all.retain(|(_, value)| value.strong_count() > 0);
+    all.push((key, Arc::downgrade(&made)));
+    made
 }
 
 fn air(doublings_of_haze: i64) -> Arc<Atmosphere> {
-    kept(&AIR, doublings_of_haze, || Atmosphere::new((doublings_of_haze as f64 / STEPS_PER_DOUBLING).exp2()))
+    let lock = || AIR.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, known)) = lock().iter().find(|(own, _)| *own == doublings_of_haze) {
+        return known.clone();
+    }
+    let made = Arc::new(Atmosphere::new((doublings_of_haze as f64 / STEPS_PER_DOUBLING).exp2()));
+    let mut all = lock();
+    all.truncate(MOST_AIR - 1);
+    all.push_front((doublings_of_haze, made.clone()));
+    made
 }
 
 fn doublings(value: f64) -> i64 {
     (value.log2() * STEPS_PER_DOUBLING).round() as i64
+}
+
+impl Body {
+    /// The same, at its place to 0.01°, with its light to a 256th of a doubling.
+    fn rounded(&self) -> Self {
+        let round = |radians: f64| (radians.to_degrees() * 100.0).round() / 100.0;
+        let (azimuth, elevation) = (self.direction.z.atan2(self.direction.x), self.direction.y.clamp(-1.0, 1.0).asin());
+        let lux = if self.lux > 0.0 { (doublings(self.lux) as f64 / STEPS_PER_DOUBLING).exp2() } else { 0.0 };
+        Self { direction: of_angles((round(azimuth), round(elevation))), lux, ..*self }
+    }
 }
 
 impl RoundedBody {
@@ -128,7 +151,11 @@ fn left_by_clouds(clouds: f64) -> f64 {
 
 impl SkyLight {
     /// Light of a body through air and clouds.
+    ///
+    /// The body is at its place to 0.01°, and its light is rounded: what follows from a light that a date moves has not to
+    /// be found again in each step.
     pub(crate) fn through(body: &Body, weather: &Weather) -> Self {
+        let body = &body.rounded();
         let passed = left_by_clouds(weather.clouds) * (1.0 - weather.clouds * weather.clouds);
         let clear = air(doublings(weather.haze)).transmittance(body.direction.y);
         Self { direction: body.direction, illuminance: clear * (body.lux * passed), radius: body.radius }
@@ -209,7 +236,7 @@ impl Sky {
             clouds: (weather.clouds * STEPS_OF_CLOUDS).round() as i64,
             glow: weather.glow.to_bits(),
         };
-        kept(&MADE, key, || Self::new(key))
+        shared(&MADE, key, |key| Self::new(*key))
     }
 
     fn new(key: SkyKey) -> Self {

@@ -89,4 +89,21 @@ mod tests {
         timeline.change(sun(0.0, 0.0), 0.0, &clock(5));
         assert_eq!(timeline.now(&clock(5)).sun(), Some((0.0, 0.0)));
     }
+
+    #[test]
+    fn all_that_a_change_goes_through_is_valid() {
+        for (from, to) in
+            [((350.0, -90.0), (20.0, 90.0)), ((-350.0, 90.0), (-20.0, -90.0)), ((360.0, 5.0), (-360.0, 5.0))]
+        {
+            let mut timeline = WeatherTimeline::new(sun(from.0, from.1));
+            timeline.change(sun(to.0, to.1), 1.0, &clock(0));
+            for step in 0..=10 {
+                let now = timeline.now(&clock(step));
+                assert!(check(&now).is_ok(), "{from:?} to {to:?}, {step}: {now:?}");
+                let mut interrupted = timeline.clone();
+                interrupted.change(sun(0.0, 0.0), 1.0, &clock(step));
+                assert!(interrupted.is_valid(), "{from:?} to {to:?}, {step}");
+            }
+        }
+    }
 }

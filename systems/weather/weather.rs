@@ -86,25 +86,29 @@ impl Weather {
 
     /// Tells if it makes sense only where the scene's place on Earth is known.
     pub fn needs_place(&self) -> bool {
-        self.sky == SkyModel::Atmosphere && self.sun().is_none()
+        let is_given = self.sun_azimuth_degrees.is_some() || self.sun_elevation_degrees.is_some();
+        self.sky == SkyModel::Atmosphere && !is_given
     }
 
-    /// Part `t` of the way from this weather to another. Directions and dates go the shorter way; a sun that one has by
+    /// Part `t` of the way from this weather to another. Azimuths go the shorter way; a sun that one has by
     /// its date and the other by angles jumps at once, as does the source of the sky's light.
     pub(crate) fn toward(&self, other: &Self, t: f64) -> Self {
         let mix = |from: f64, to: f64| from + (to - from) * t;
-        let degrees = |from: Option<f64>, to: Option<f64>| {
+        let elevation = |from: Option<f64>, to: Option<f64>| from.zip(to).map(|(from, to)| mix(from, to)).or(to);
+        let azimuth = |from: Option<f64>, to: Option<f64>| {
             let shorter = |from: f64, to: f64| from + ((to - from + 180.0).rem_euclid(360.0) - 180.0) * t;
-            from.zip(to).map(|(from, to)| shorter(from, to)).or(to)
+            // Within the range of the field: beyond one turn it is another name of the same.
+            let within = |azimuth: f64| if azimuth.abs() > 360.0 { azimuth % 360.0 } else { azimuth };
+            from.zip(to).map(|(from, to)| within(shorter(from, to))).or(to)
         };
         Self {
             sky: other.sky,
             date: Date(mix(self.date.0, other.date.0)),
             time_speed: other.time_speed,
-            sun_azimuth_degrees: degrees(self.sun_azimuth_degrees, other.sun_azimuth_degrees),
-            sun_elevation_degrees: degrees(self.sun_elevation_degrees, other.sun_elevation_degrees),
-            moon_azimuth_degrees: degrees(self.moon_azimuth_degrees, other.moon_azimuth_degrees),
-            moon_elevation_degrees: degrees(self.moon_elevation_degrees, other.moon_elevation_degrees),
+            sun_azimuth_degrees: azimuth(self.sun_azimuth_degrees, other.sun_azimuth_degrees),
+            sun_elevation_degrees: elevation(self.sun_elevation_degrees, other.sun_elevation_degrees),
+            moon_azimuth_degrees: azimuth(self.moon_azimuth_degrees, other.moon_azimuth_degrees),
+            moon_elevation_degrees: elevation(self.moon_elevation_degrees, other.moon_elevation_degrees),
             haze: mix(self.haze, other.haze),
             clouds: mix(self.clouds, other.clouds),
             glow: mix(self.glow, other.glow),

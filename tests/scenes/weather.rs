@@ -26,7 +26,6 @@ fn sun_at(azimuth: f64, elevation: f64) -> Weather {
 #[test]
 fn weather_is_a_preset_or_fields() {
     assert_eq!(weather("()"), Weather::default());
-    assert_eq!(weather("(weather: ())"), Weather::default());
     assert_eq!(weather("(weather: (sky: gradient))"), Weather::default());
     for name in ["clear_noon", "overcast", "golden_hour", "dusk", "night"] {
         assert_eq!(weather(&format!("(weather: \"{name}\")")), Weather::preset(name).expect("a preset"));

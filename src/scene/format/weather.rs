@@ -38,16 +38,11 @@ impl<'de> Deserialize<'de> for GivenWeather {
             type Value = GivenWeather;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a preset or (sky: atmosphere, …)")
+                f.write_str("the name of a preset in quotes, as \"golden_hour\", or fields, as (sky: atmosphere)")
             }
 
             fn visit_str<E: Error>(self, name: &str) -> Result<GivenWeather, E> {
                 preset(name).map(GivenWeather).map_err(E::custom)
-            }
-
-            /// `()`.
-            fn visit_unit<E>(self) -> Result<GivenWeather, E> {
-                Ok(GivenWeather::default())
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<GivenWeather, A::Error> {

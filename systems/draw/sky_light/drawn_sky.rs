@@ -29,18 +29,18 @@ pub struct DrawnSky {
     /// Part of it that each place sees; `None`: all of it everywhere.
     pub openness: Option<Arc<Openness>>,
     /// Movers, which hide it from what is beside them.
-    pub movers: Movers,
+    pub movers: Arc<Movers>,
     /// Constants for shaders.
     pub record: SkyRecord,
 }
 
 impl DrawnSky {
-    pub(crate) fn set_openness(&mut self, openness: Option<Arc<Openness>>, movers: Movers) {
+    pub(crate) fn set_openness(&mut self, openness: Option<Arc<Openness>>, movers: Arc<Movers>) {
         if let Some(openness) = &openness {
             self.record.openness_origin = openness.origin.to_array();
             self.record.openness_bricks = openness.texture_bricks.to_array();
         }
-        let Movers { first, origin, cells, cell, .. } = movers;
+        let Movers { first, origin, cells, cell, .. } = *movers;
         self.record.movers_first = first;
         (self.record.movers_origin, self.record.movers_cells) = (origin.to_array(), cells);
         self.record.movers_cell = cell;
@@ -78,7 +78,7 @@ pub(crate) fn follow_weather(world: &mut World) {
         record: record(&current, lux),
         sky: current.sky,
         openness: None,
-        movers: Movers::default(),
+        movers: Arc::default(),
     });
 }
 

@@ -14,18 +14,18 @@ use crate::draw::pieces::PieceOf;
 use crate::ecs::tables::Records;
 use crate::lights::components::NoShadow;
 use crate::space::bounds::Aabb;
-use crate::space::interpolation::Interpolated;
+use crate::space::interpolation::{Interpolated, Moved};
 use crate::space::transform::GlobalTransform;
 use crate::weather::openness::bricks::Openness;
 use crate::weather::openness::corners::{Occluder, Occluders};
-use crate::weather::openness::lattice::Lattice;
+use crate::weather::openness::lattice::{Lattice, TooLarge};
 use crate::weather::openness::rooms::Room;
-use crate::weather::sky::Sky;
+use crate::weather::sky::{Sky, shared};
 use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Mat3A, Vec3};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Size from which on an object hides the sky, metres.
 const LEAST: f32 = 1.0;
@@ -38,6 +38,8 @@ struct Known {
     object: EntityIndex,
     /// Its place, if it hides something.
     stands: Option<[[f32; 4]; 3]>,
+    /// It is a part of a mover.
+    moves: bool,
 }
 
 /// Object that hides the sky.
@@ -53,19 +55,23 @@ struct Standing {
 
 /// Objects that hide the sky, and what corners see of it.
 #[derive(Resource, Default, Debug)]
-pub(crate) struct OpennessState {
+pub struct OpennessState {
     /// By slot.
     known: Vec<Option<Known>>,
     /// Boxes of movers by their topmost entity, in its own space: around all that is drawn of them.
     boxes: BTreeMap<Entity, Aabb>,
-    /// Objects that stood, and have moved.
-    movers: BTreeSet<EntityIndex>,
     standing: Vec<Standing>,
     /// Boxes of rooms, when corners were asked.
     cells: Vec<Aabb>,
     /// Number by which equal sets of triangles are known.
     hash: u128,
     lattice: Option<Arc<Lattice>>,
+    openness: Option<Arc<Openness>>,
+    /// Movers of the last frame, and the same as shaders read them.
+    placed: Vec<Mover>,
+    listed: Arc<Movers>,
+    /// The world has more corners than there may be, which nobody has been told yet.
+    is_too_large: bool,
 }
 
 /// Place where lattices are kept from run to run.
@@ -81,30 +87,40 @@ pub trait LatticeStore: Send + Sync {
 #[derive(Resource, Clone)]
 pub struct KeptLattices(pub Arc<dyn LatticeStore>);
 
-/// Lattices that were made last, and their openness under skies: shared by the worlds of a process.
-static LATTICES: Mutex<VecDeque<(u128, Option<Arc<Lattice>>)>> = Mutex::new(VecDeque::new());
-static WEIGHED: Mutex<VecDeque<Weighed>> = Mutex::new(VecDeque::new());
-const MOST_KEPT: usize = 4;
+/// Lattices that some world has, and their openness under skies: shared by the worlds of a process.
+static LATTICES: Mutex<Vec<(u128, Weak<Lattice>)>> = Mutex::new(Vec::new());
+static WEIGHED: Mutex<Vec<(Weighed, Weak<Openness>)>> = Mutex::new(Vec::new());
 
+/// A lattice, by its triangles, under a sky.
 struct Weighed {
     hash: u128,
-    sky: Arc<Sky>,
-    openness: Arc<Openness>,
+    sky: Weak<Sky>,
+}
+
+impl PartialEq for Weighed {
+    fn eq(&self, other: &Self) -> bool {
+        self.hash == other.hash && self.sky.ptr_eq(&other.sky)
+    }
 }
 
 /// Brings the openness of a frame up to date. Nothing is done under a gradient.
 pub(crate) fn update_openness(world: &mut World) {
-    let Some(sky) = world.resource::<DrawList>().sky.as_ref().map(|drawn| drawn.sky.clone()) else { return };
+    let Some(sky) = world.resource::<DrawList>().sky.as_ref().map(|drawn| drawn.sky.clone()) else {
+        // What changes from now on is not seen.
+        world.resource_mut::<OpennessState>().bypass_change_detection().known.clear();
+        return;
+    };
     world.resource_scope(|world, mut state: Mut<OpennessState>| {
         if state.has_changed(world) {
             state.ask(world);
         }
-        let place = |entity: Entity| world.get::<GlobalTransform>(entity).map(GlobalTransform::affine);
-        let movers =
-            state.boxes.iter().filter_map(|(entity, aabb)| Some(Mover { place: place(*entity)?, aabb: *aabb }));
-        let openness = state.lattice.clone().map(|lattice| weighed(state.hash, &lattice, &sky));
-        let rooms = openness.as_ref().map_or(&[][..], |openness| &openness.rooms);
-        let movers = Movers::new(rooms, &movers.collect::<Vec<_>>());
+        let (hash, lattice) = (state.hash, state.lattice.clone());
+        state.openness = lattice.map(|lattice| {
+            let key = Weighed { hash, sky: Arc::downgrade(&sky) };
+            shared(&WEIGHED, key, |_| Openness::new(&lattice, &sky))
+        });
+        let openness = state.openness.clone();
+        let movers = state.movers(world);
         let mut list = world.resource_mut::<DrawList>();
         let list = list.bypass_change_detection();
         list.light_features.openness = openness.is_some();
@@ -114,21 +130,28 @@ pub(crate) fn update_openness(world: &mut World) {
     });
 }
 
-fn weighed(hash: u128, lattice: &Lattice, sky: &Arc<Sky>) -> Arc<Openness> {
-    let lock = || WEIGHED.lock().unwrap_or_else(PoisonError::into_inner);
-    let known =
-        lock().iter().find(|own| own.hash == hash && Arc::ptr_eq(&own.sky, sky)).map(|own| own.openness.clone());
-    known.unwrap_or_else(|| {
-        let openness = Arc::new(Openness::new(lattice, sky));
-        let mut all = lock();
-        all.truncate(MOST_KEPT - 1);
-        all.push_front(Weighed { hash, sky: sky.clone(), openness: openness.clone() });
-        openness
-    })
-}
-
 impl OpennessState {
-    /// Tells if something that stands has come, gone or moved since corners were asked. Notes what has moved.
+    /// Takes the warning that nothing hides the sky, if that is so.
+    pub fn take_warning(&mut self) -> Option<&'static str> {
+        let warning = "the scene is too large or too rough to find what hides the sky: its light reaches all places";
+        std::mem::take(&mut self.is_too_large).then_some(warning)
+    }
+
+    /// Movers where they are now, as shaders read them; those of the frame before if none has moved.
+    fn movers(&mut self, world: &World) -> Arc<Movers> {
+        let place = |entity: Entity| world.get::<GlobalTransform>(entity).map(GlobalTransform::affine);
+        let boxes = self.boxes.iter();
+        let all: Vec<_> =
+            boxes.filter_map(|(entity, aabb)| Some(Mover { place: place(*entity)?, aabb: *aabb })).collect();
+        let rooms = self.openness.as_ref().map_or(&[][..], |openness| &openness.rooms);
+        if self.placed != all || self.listed.rooms() != rooms {
+            self.listed = Arc::new(Movers::new(rooms, &all));
+            self.placed = all;
+        }
+        self.listed.clone()
+    }
+
+    /// Tells if something that stands has come, gone or moved since corners were asked.
     fn has_changed(&mut self, world: &World) -> bool {
         let list = world.resource::<DrawList>();
         if self.known.is_empty() {
@@ -143,13 +166,10 @@ impl OpennessState {
             let known = self.known.get(slot as usize).copied().flatten();
             match (object, known) {
                 (Some(object), Some(known)) if known.object == object => {
-                    if known.stands.is_some_and(|stood| stood != record.world_from_object) {
-                        self.movers.insert(object);
-                        has_changed = true;
-                    }
+                    has_changed |= known.stands.is_some_and(|stood| stood != record.world_from_object);
                 }
                 (None, None) => {}
-                (None, Some(known)) => has_changed |= known.stands.is_some(),
+                (None, Some(known)) => has_changed |= known.stands.is_some() || known.moves,
                 (Some(_), _) => has_changed = true,
             }
         }
@@ -175,8 +195,7 @@ impl OpennessState {
             let entity = world.entities().resolve_from_index(object);
             let is_solid = key.pipeline.alpha != AlphaMode::Blend && world.get::<NoShadow>(entity).is_none();
             let entry = library.mesh(key.mesh).filter(|_| is_solid);
-            let moved = self.movers.contains(&object).then_some(entity);
-            let mover = mover_of(world, entity).or(moved);
+            let mover = mover_of(world, entity);
             if let (Some(mover), Some(entry)) = (mover, entry) {
                 let own = world.get::<GlobalTransform>(mover).map_or(Affine3A::IDENTITY, GlobalTransform::affine);
                 let within = entry.aabb.transformed(&(own.inverse() * place_of(&world_from_object)));
@@ -189,7 +208,7 @@ impl OpennessState {
             let size =
                 entry.map_or(0.0, |entry| size(&entry.aabb.transformed(&place_of(&world_from_object))).max(least));
             let stands = (size >= LEAST).then_some(world_from_object);
-            self.known[slot as usize] = Some(Known { object, stands });
+            self.known[slot as usize] = Some(Known { object, stands, moves: mover.is_some() });
             if stands.is_some() {
                 let PipelineKey { double_sided, mirrored, .. } = key.pipeline;
                 let is_large = size >= LARGE;
@@ -203,29 +222,40 @@ impl OpennessState {
         let triangles: Vec<Occluder> =
             standing.iter().flat_map(|standing| standing.triangles(library).into_iter().flatten()).collect();
         (self.standing, self.cells) = (standing, cells.clone());
-        let rooms: Vec<Room> = cells.iter().filter_map(|walls| Room::within(walls)).collect();
+        let rooms: Vec<Room> = cells.iter().filter_map(Room::within).collect();
         let hash = Occluders::hash(&triangles, &rooms);
         self.hash = hash;
         let lock = || LATTICES.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = lock().iter().find(|(own, _)| *own == hash).map(|(_, lattice)| lattice.clone());
-        self.lattice = known.unwrap_or_else(|| {
-            let lattice = kept(world.get_resource::<KeptLattices>(), hash, triangles, rooms).map(Arc::new);
+        let known = lock().iter().find(|(own, _)| *own == hash).and_then(|(_, lattice)| lattice.upgrade());
+        let made = match known {
+            Some(lattice) => Ok(Some(lattice)),
+            None => kept(world.get_resource::<KeptLattices>(), hash, triangles, rooms).map(|made| made.map(Arc::new)),
+        };
+        self.is_too_large = made.is_err();
+        self.lattice = made.unwrap_or_default();
+        if let Some(lattice) = &self.lattice {
             let mut all = lock();
-            all.truncate(MOST_KEPT - 1);
-            all.push_front((hash, lattice.clone()));
-            lattice
-        });
+            all.retain(|(own, lattice)| *own != hash && lattice.strong_count() > 0);
+            all.push((hash, Arc::downgrade(lattice)));
+        }
     }
 }
 
 /// The lattice of some triangles: from the store, or made and left there.
-fn kept(store: Option<&KeptLattices>, hash: u128, triangles: Vec<Occluder>, rooms: Vec<Room>) -> Option<Lattice> {
-    let known = store.and_then(|store| Lattice::from_bytes(&store.0.read(hash)?));
-    known.or_else(|| {
-        let lattice = Lattice::new(triangles, rooms)?;
-        store.iter().for_each(|store| store.0.write(hash, &lattice.to_bytes()));
-        Some(lattice)
-    })
+fn kept(
+    store: Option<&KeptLattices>,
+    hash: u128,
+    triangles: Vec<Occluder>,
+    rooms: Vec<Room>,
+) -> Result<Option<Lattice>, TooLarge> {
+    if let Some(known) = store.and_then(|store| Lattice::from_bytes(&store.0.read(hash)?)) {
+        return Ok(Some(known));
+    }
+    let made = Lattice::new(triangles, rooms)?;
+    if let (Some(store), Some(lattice)) = (store, &made) {
+        store.0.write(hash, &lattice.to_bytes());
+    }
+    Ok(made)
 }
 
 impl Standing {
@@ -249,7 +279,8 @@ fn size(aabb: &Aabb) -> f32 {
 /// The topmost of what moves by itself among an object and what is above it.
 fn mover_of(world: &World, object: Entity) -> Option<Entity> {
     let above = std::iter::successors(Some(object), |entity| world.get::<ChildOf>(*entity).map(ChildOf::parent));
-    above.filter(|entity| world.get::<Interpolated>(*entity).is_some()).last()
+    let moves = |entity: &Entity| world.get::<Interpolated>(*entity).is_some() || world.get::<Moved>(*entity).is_some();
+    above.filter(moves).last()
 }
 
 fn place_of(rows: &[[f32; 4]; 3]) -> Affine3A {

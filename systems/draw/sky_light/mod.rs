@@ -6,5 +6,5 @@ pub(crate) mod hiding;
 pub(crate) mod movers;
 
 pub use drawn_sky::{DrawnSky, WeatherLight};
-pub use hiding::{KeptLattices, LatticeStore};
+pub use hiding::{KeptLattices, LatticeStore, OpennessState};
 pub use movers::{MoverTexel, Movers};

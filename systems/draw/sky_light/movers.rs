@@ -19,7 +19,7 @@ pub const MOST_LISTED: usize = 8;
 /// Metres along a side of a cell, unless there would be too many.
 const CELL: f32 = 4.0;
 /// Cells along a side of the grid.
-const MOST_CELLS: u32 = 512;
+const MOST_CELLS: u32 = 128;
 /// Sizes of boxes that hide something, metres.
 const SIZES: std::ops::RangeInclusive<f32> = 0.4..=40.0;
 
@@ -77,6 +77,11 @@ impl Movers {
     /// Metres from an ellipsoid at which it hides nothing any more.
     pub const REACH: f32 = REACH;
 
+    /// The texels of rooms.
+    pub(crate) fn rooms(&self) -> &[MoverTexel] {
+        &self.texels[..self.first as usize]
+    }
+
     /// Lists movers in a grid, behind the texels of rooms. Of those that a cell has no room for, the farther ones are left
     /// out.
     pub fn new(rooms: &[MoverTexel], movers: &[Mover]) -> Self {
@@ -85,7 +90,7 @@ impl Movers {
         let low = all.iter().map(|(_, [low, _])| *low).reduce(Vec2::min);
         let high = all.iter().map(|(_, [_, high])| *high).reduce(Vec2::max);
         let Some((low, high)) = low.zip(high) else {
-            return Self { texels: rooms.to_vec(), ..Self::default() };
+            return Self { texels: rooms.to_vec(), first: rooms.len() as u32, cell: CELL, ..Self::default() };
         };
         let (low, high) = (low - REACH, high + REACH);
         let longest = (high - low).max_element();
@@ -163,6 +168,6 @@ mod tests {
     fn a_grid_of_far_movers_is_no_larger_than_it_may_be() {
         let grid = Movers::new(&[], &[car(-9000.0, 0.0), car(9000.0, 500.0)]);
         assert!(grid.cells.iter().all(|cells| *cells <= MOST_CELLS + 1), "{:?}", grid.cells);
-        assert_eq!(Movers::new(&[], &[]), Movers::default());
+        assert_eq!(Movers::new(&[], &[]), Movers { cell: CELL, ..Movers::default() });
     }
 }

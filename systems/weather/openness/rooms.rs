@@ -5,6 +5,9 @@ use crate::space::bounds::Aabb;
 use glam::{IVec3, UVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+/// Most corners of a room, some 60 m along each side; what is larger has those of the world.
+const MOST_CORNERS: f32 = 32_768.0;
+
 /// A box of air with corners of its own, evenly apart.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Room {
@@ -24,7 +27,7 @@ impl Room {
     pub fn within(walls: &Aabb) -> Option<Self> {
         let (low, size) = (walls.min + Self::INSET, walls.max - walls.min - 2.0 * Self::INSET);
         let corners = (size / SPACING).ceil().max(Vec3::ONE);
-        (size.min_element() > 0.0 && corners.max_element() < 1024.0).then(|| Self {
+        (size.min_element() > 0.0 && corners.element_product() < MOST_CORNERS).then(|| Self {
             low,
             size,
             corners: corners.as_uvec3() + 1,
