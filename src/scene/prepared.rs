@@ -76,7 +76,7 @@ impl Prepared {
                 let seed = seed.unwrap_or(scene.seed);
                 vehicle_types::add_types(types, world);
                 world.insert_resource(format::scene::environment(&scene.environment));
-                world.insert_resource(WeatherTimeline::new(scene.weather.0.clone()));
+                world.insert_resource(WeatherTimeline::new(scene.weather.clone().unwrap_or_default().0));
                 world.insert_resource(format::scene::clock(&scene.clock));
                 world.insert_resource(Seed(seed));
                 match scene.geo_origin {

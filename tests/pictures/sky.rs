@@ -23,7 +23,7 @@ fn overcast() -> Weather {
     Weather { clouds: 1.0, ..Weather::preset("clear_noon").expect("a preset") }
 }
 
-/// Of an overcast sky's luminance, L (1 + 2 sin γ) / 3, a wall gets π/6 + 4/9 and level ground 7π/9 times L: 0.396 of
+/// Luminance of an overcast sky is L (1 + 2 sin γ) / 3, of which a wall gets π/6 + 4/9 and level ground 7π/9 times L: 0.396 of
 /// it. Half of what the ground throws back, 0.2 of its light, comes to that.
 #[test]
 fn a_wall_under_clouds_gets_its_share_of_the_light_on_level_ground() {

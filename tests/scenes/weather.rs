@@ -98,8 +98,9 @@ fn faults_of_weather_are_told_with_their_places() {
         let problem = only(&problems);
         assert!(problem.starts_with(start) && problem[start.len()..].contains(words), "{problem}");
     }
-    for text in ["(weather: 3)", "(weather: [1, 2])", "(weather: true)"] {
-        assert_has(only(&folder.problems(text)), &["1:", "the name of a preset or (sky: atmosphere, …)"]);
+    // A name without quotes, too, which is no fault where a choice is expected.
+    for text in ["(weather: 3)", "(weather: [1, 2])", "(weather: true)", "(weather: dusk)"] {
+        assert_has(only(&folder.problems(text)), &["1:", "the name of a preset in quotes"]);
     }
 }
 

@@ -16,7 +16,7 @@ fn error(scene: &str, camera: &str, weather: Option<Weather>) -> Option<SkyRepor
     Some(sky_error::measure(&job).expect("an atmosphere"))
 }
 
-/// What is left of an error of more than the light itself, where nothing hides the sky. The figures at 320 by 180 are
+/// Error that is left of one of more than the light itself, where nothing hides the sky. The figures at 320 by 180 are
 /// 0.110 and 0.158 (docs/weather.md); a smaller picture has other pixels, and rays are 512.
 #[test]
 fn openness_takes_the_light_out_of_a_street() {

@@ -32,8 +32,9 @@ impl Check<'_> {
         self.part("geo_origin", scene.geo_origin.as_ref());
         self.field("environment", |c| c.described(&scene.environment));
         self.field("weather", |c| {
-            c.described(&scene.weather);
-            if scene.weather.0.needs_place() && scene.geo_origin.is_none() {
+            let Some(weather) = &scene.weather else { return };
+            c.described(weather);
+            if weather.0.needs_place() && scene.geo_origin.is_none() {
                 let message = "expected sun_azimuth_degrees and sun_elevation_degrees, or the scene's geo_origin, by \
                     which the sun stands at its date";
                 c.fault(message);

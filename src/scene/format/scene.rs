@@ -38,8 +38,9 @@ pub struct Scene {
     /// Light from all sides, and the sky.
     #[schemars(extend("see" = "[environment](#environment)"))]
     pub environment: Environment,
-    /// Sky, sun and moon: the name of a [preset](weather.md#presets), or its fields.
-    pub weather: GivenWeather,
+    /// Sky, sun and moon: the name of a [preset](weather.md#presets), or its fields; by default the gradient of the
+    /// environment.
+    pub weather: Option<GivenWeather>,
     /// Steps of the simulation.
     #[schemars(extend("see" = "[clock](#clock)"))]
     pub clock: Clock,
@@ -109,7 +110,7 @@ impl Default for Scene {
             piece_metres: PieceMetres(draw::pieces::DEFAULT_METRES),
             lights: None,
             environment: Environment::default(),
-            weather: GivenWeather::default(),
+            weather: None,
             clock: Clock::default(),
             vehicle_types: Vec::new(),
             materials: Named::default(),
