@@ -23,9 +23,6 @@ const ROOM_MARGIN: f32 = 0.05;
 const MOVERS_WIDTH = 1024u;
 // Metres from an ellipsoid at which it hides nothing any more.
 const MOVERS_REACH: f32 = 6.0;
-// Of the half axes of an ellipsoid: those of the box that it stands for, a little enlarged, and its lowest part left out.
-const MOVERS_OWN = 0.86;
-const MOVERS_OWN_BELOW = -0.79;
 
 // Toward +X, −X, +Z and −Z, and upward; of the surface that is shaded.
 var<private> open_sides: vec4f;
@@ -103,7 +100,7 @@ fn movers_texel(index: u32) -> vec4u {
 }
 
 // What movers leave of the light of a surface, `place` in world space: each takes the share of a sphere in the space in
-// which it is one, and fades before it leaves the cell's list. What lies within its own box is the mover itself.
+// which it is one, and fades before it leaves the cell's list. Its own outside faces away from its middle.
 fn left_by_movers(place: vec3f, normal: vec3f) -> f32 {
     let at = floor((place.xz - sky.movers_origin) / sky.movers_cell);
     if any(at < vec2f(0.0)) || any(at >= vec2f(sky.movers_cells)) {
@@ -123,7 +120,6 @@ fn left_by_movers(place: vec3f, normal: vec3f) -> f32 {
         let y = bitcast<vec4f>(movers_texel(row + 1u));
         let z = bitcast<vec4f>(movers_texel(row + 2u));
         let q = vec3f(dot(x.xyz, place) + x.w, dot(y.xyz, place) + y.w, dot(z.xyz, place) + z.w);
-        let own = max(max(abs(q.x), abs(q.z)), q.y) < MOVERS_OWN && q.y > MOVERS_OWN_BELOW;
         // Squares of the half axes: a normal is turned by them into the sphere's space, a way out of it.
         let axes = 1.0 / vec3f(dot(x.xyz, x.xyz), dot(y.xyz, y.xyz), dot(z.xyz, z.xyz));
         let n = normalize(vec3f(dot(x.xyz, normal), dot(y.xyz, normal), dot(z.xyz, normal)) * axes);
@@ -132,7 +128,7 @@ fn left_by_movers(place: vec3f, normal: vec3f) -> f32 {
         let way = x.xyz * (q.x * axes.x) + y.xyz * (q.y * axes.y) + z.xyz * (q.z * axes.z);
         let far = saturate(length(way) * (1.0 - 1.0 / radii) / MOVERS_REACH);
         let share = max(-dot(n, q) / radii, 0.0) / squared * (1.0 - far * far * far * far);
-        left *= select(1.0 - share, 1.0, own);
+        left *= 1.0 - share;
         listed = vec4u(listed.yzw, 0u);
         number++;
         if number == 4u {

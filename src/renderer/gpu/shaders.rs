@@ -198,15 +198,13 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 34] = [
+    const SHADERS_OWN: [(&str, &str); 32] = [
         (
             "SKY_HEMISPHERE",
             "a layer of a texture that src/renderer/resources/sky.rs fills; tests/pictures/sky.rs sees both",
         ),
         ("SKY_SPHERE", "the same"),
         ("BOUNCE", "an albedo that stands for all that hides the sky"),
-        ("MOVERS_OWN", "follows from how much wider than its box an ellipsoid is"),
-        ("MOVERS_OWN_BELOW", "the same"),
         ("NOT_PACKED", "a value of the batch's record"),
         ("COLOR_WORDS", "follows from the bytes of a colour"),
         ("INFINITE", "the standard's bits of a float"),
