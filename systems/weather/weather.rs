@@ -74,6 +74,10 @@ impl Default for Weather {
 pub(crate) type Angles = (f64, f64);
 
 impl Weather {
+    /// Message where it needs a place and there is none.
+    pub const EXPECTED_PLACE: &str = "expected sun_azimuth_degrees and sun_elevation_degrees, or the scene's geo_origin, \
+                                      by which the sun stands at its date";
+
     /// Direction of the sun, if it is not the date's: azimuth and elevation, degrees.
     pub(crate) fn sun(&self) -> Option<Angles> {
         self.sun_azimuth_degrees.zip(self.sun_elevation_degrees)

@@ -57,13 +57,12 @@ impl Sim {
             let own = &world.simulation.world;
             let now = own.resource::<WeatherTimeline>().now(own.resource::<Clock>());
             let base = base.map(|preset| Weather { date: now.date, time_speed: now.time_speed, ..preset });
-            let mut all = serde_json::to_value(base.unwrap_or(now)).map_err(|error| Failure::value(error.to_string()))?;
+            let mut all =
+                serde_json::to_value(base.unwrap_or(now)).map_err(|error| Failure::value(error.to_string()))?;
             given.into_iter().for_each(|(name, value)| all[name] = value);
             let weather: Weather = described::checked(all)?;
             if weather.needs_place() && own.get_resource::<GeoOrigin>().is_none() {
-                let message = "expected sun_azimuth_degrees and sun_elevation_degrees, or a scene with a geo_origin, by \
-                               which the sun stands at its date";
-                return Err(Failure::value(message));
+                return Err(Failure::value(Weather::EXPECTED_PLACE));
             }
             world.apply(SetWeather { weather, over_seconds })
         })

@@ -6,6 +6,7 @@ use crate::scene::format::generators::{Generator, MOST_ENTITIES};
 use crate::scene::format::scene::Scene;
 use crate::scene::read::files::Files;
 use systems::describe::Fault;
+use systems::weather::Weather;
 
 /// Seconds: a longer step of drivers and physics would be computed for minutes, and shows nothing of them.
 const LONGEST_WITH_VEHICLES: f64 = 1.0;
@@ -35,9 +36,7 @@ impl Check<'_> {
             let Some(weather) = &scene.weather else { return };
             c.described(weather);
             if weather.0.needs_place() && scene.geo_origin.is_none() {
-                let message = "expected sun_azimuth_degrees and sun_elevation_degrees, or the scene's geo_origin, by \
-                    which the sun stands at its date";
-                c.fault(message);
+                c.fault(Weather::EXPECTED_PLACE);
             }
         });
         self.field("clock", |c| {
