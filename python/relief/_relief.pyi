@@ -83,7 +83,9 @@ class _GivenEnvironment(TypedDict, total=False):
     horizon: _Color
     ground: _Color
     exposure: float
+    auto_exposure: bool
     tone_map: Literal["clamp", "aces", "agx"]
+    lux: float
 
 class _Environment(TypedDict):
     ambient: _Rgb
@@ -91,7 +93,9 @@ class _Environment(TypedDict):
     horizon: _Rgb
     ground: _Rgb
     exposure: float
+    auto_exposure: bool
     tone_map: Literal["clamp", "aces", "agx"]
+    lux: float
 
 # Keywords of sensors.
 class _SensorArguments(TypedDict, total=False):

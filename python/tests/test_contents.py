@@ -50,7 +50,9 @@ def test_light_and_look_are_told(field, own):
     look = own.environment
     assert look["exposure"] == 2 and look["tone_map"] == "clamp"
     np.testing.assert_allclose(look["ambient"], (0.1, 0.2, 0.3), rtol=1e-6)
-    assert set(look) == set(field.environment) == {"ambient", "zenith", "horizon", "ground", "exposure", "tone_map"}
+    colors = {"ambient", "zenith", "horizon", "ground"}
+    assert set(look) == set(field.environment) == colors | {"exposure", "auto_exposure", "tone_map", "lux"}
+    assert look["auto_exposure"] is True and look["lux"] == 30
 
 
 def test_types_of_vehicles_tell_what_they_can(field):

@@ -20,6 +20,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use systems::assets::color::srgb_from_linear;
 use systems::assets::levels::LevelOfDetail;
+use systems::lights::LUMINANCE;
 use systems::weather::Sky;
 
 /// Rays of each pixel.
@@ -173,6 +174,6 @@ impl SkyLight {
 
     /// Illuminance of a surface that sees all of the upper half, by harmonics: lux.
     fn upper(&self, normal: Vec3) -> f64 {
-        self.sky.upper(normal.as_dvec3()).dot(DVec3::new(0.2126, 0.7152, 0.0722)).max(0.0)
+        self.sky.upper(normal.as_dvec3()).dot(LUMINANCE.as_dvec3()).max(0.0)
     }
 }

@@ -34,7 +34,7 @@ pub struct InstanceRecord {
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct SkyRecord {
-    /// Diffuse light of both halves by the normal: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz and x² − y², linear RGB.
+    /// Diffuse light of both halves by the normal, linear RGB: coefficients of 1, y, z, x, xy, yz, 3z² − 1, xz, x² − y².
     pub harmonics: [[f32; 4]; 9],
     /// Radiance of the ground, linear RGB.
     pub ground: [f32; 3],

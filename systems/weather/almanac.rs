@@ -14,13 +14,13 @@ const EPOCH: f64 = 10_957.5;
 /// Seconds from 1970, either way, beyond which time stands still: a thousand years.
 const TIME_LIMIT: f64 = 1000.0 * 365.25 * SECONDS_PER_DAY;
 
-/// Metres (Meeus, appendix I).
-const ASTRONOMICAL_UNIT: f64 = 149_597_870_000.0;
+/// Metres (IAU 2012, resolution B2).
+pub(crate) const ASTRONOMICAL_UNIT: f64 = 149_597_870_700.0;
 /// Metres, the Earth's equatorial radius, and the ratio of the polar one to it (Meeus, chapter 11).
 const EARTH_RADIUS: f64 = 6_378_140.0;
 const EARTH_AXIS_RATIO: f64 = 0.996_647_19;
 /// Mean distance of the moon's centre from the Earth's, metres.
-const MEAN_MOON_DISTANCE: f64 = 384_400_000.0;
+pub(crate) const MEAN_MOON_DISTANCE: f64 = 384_400_000.0;
 const LUX_PER_FOOT_CANDLE: f64 = 10.76;
 
 /// Sun or moon as seen from a place on the ground.

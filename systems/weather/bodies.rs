@@ -1,6 +1,6 @@
 //! Sun and moon as sources of light, as seen from the ground without air.
 
-use super::almanac::{moon_illuminance, sun_and_moon};
+use super::almanac::{ASTRONOMICAL_UNIT, MEAN_MOON_DISTANCE, moon_illuminance, sun_and_moon};
 use super::weather::{Angles, Weather};
 use crate::space::geo_origin::GeoOrigin;
 use glam::DVec3;
@@ -8,13 +8,9 @@ use glam::DVec3;
 /// Illuminance of the sun at its mean distance, outside of the air: lux (solar constant of 1,361 W/m² by a luminous
 /// efficacy of 94 lm/W).
 const SUN_LUX: f64 = 128_000.0;
-/// Astronomical unit, metres (IAU 2012, resolution B2).
-const ASTRONOMICAL_UNIT: f64 = 149_597_870_700.0;
 /// Radii of the sun (IAU 2015, resolution B3) and of the moon, metres.
 const SUN_RADIUS: f64 = 6.957e8;
 const MOON_RADIUS: f64 = 1.7374e6;
-/// Mean distance of the moon, metres.
-const MOON_DISTANCE: f64 = 3.844e8;
 
 /// A source of light in the sky.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -61,7 +57,7 @@ impl Bodies {
             let (lux, radius) = (SUN_LUX / (far * far), SUN_RADIUS / sun.distance);
             Some(Body { direction: direction(sun.azimuth, sun.elevation), lux, radius })
         });
-        let full = |angles| given(angles, moon_illuminance(0.0, MOON_DISTANCE), MOON_RADIUS / MOON_DISTANCE);
+        let full = |angles| given(angles, moon_illuminance(0.0, MEAN_MOON_DISTANCE), MOON_RADIUS / MEAN_MOON_DISTANCE);
         let moon = weather.moon().map(full).or_else(|| {
             let (moon, phase_angle) = (dated.as_ref()?.moon, dated.as_ref()?.phase_angle);
             let (lux, radius) = (moon_illuminance(phase_angle, moon.distance), MOON_RADIUS / moon.distance);

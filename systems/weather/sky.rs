@@ -134,9 +134,8 @@ impl RoundedBody {
     }
 
     fn direction(self) -> DVec3 {
-        let radians = |steps: i64| (steps as f64 / STEPS_PER_DEGREE).to_radians();
-        let ((east, north), (up, flat)) = (radians(self.azimuth).sin_cos(), radians(self.elevation).sin_cos());
-        DVec3::new(flat * north, up, flat * east)
+        let degrees = |steps: i64| steps as f64 / STEPS_PER_DEGREE;
+        of_angles((degrees(self.azimuth), degrees(self.elevation)))
     }
 
     fn lux(self) -> f64 {

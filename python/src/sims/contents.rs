@@ -178,7 +178,7 @@ impl Sim {
     }
 
     /// Light and look that belong to the whole scene, as its file has them: a dict with `ambient`, `zenith`, `horizon`
-    /// and `ground` (linear red, green and blue), `exposure` and `tone_map`. The sun is a light.
+    /// and `ground` (linear red, green and blue), `exposure`, `auto_exposure`, `tone_map` and `lux`. The sun is a light.
     #[getter]
     fn environment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let own = self.with(py, |world| Ok(world.simulation.world.resource::<Environment>().clone()))?;
@@ -189,7 +189,9 @@ impl Sim {
             dict.set_item(name, <(f32, f32, f32)>::from(color))?;
         }
         dict.set_item("exposure", own.exposure)?;
+        dict.set_item("auto_exposure", own.auto_exposure)?;
         dict.set_item("tone_map", name::of(&ToneMap::ALL, own.tone_map))?;
+        dict.set_item("lux", own.lux)?;
         Ok(dict)
     }
 

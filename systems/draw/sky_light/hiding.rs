@@ -1,7 +1,7 @@
 //! Openness of a world: which of its objects hide the sky, and when corners have to be asked anew.
 //!
 //! Objects that stand hide the sky: drawn and solid, larger than [`LEAST`], with nothing [`Interpolated`] on them or
-//! above them. What has moved once counts as a mover from then on. So a car that drives by costs nothing here.
+//! above them, nor anything that an input has [`Moved`]. So a car that drives by costs nothing here.
 
 use super::movers::{Mover, Movers};
 use crate::assets::library::Library;

@@ -2,10 +2,9 @@
 //!
 //! A mover is all that hangs below the topmost thing that is [`Interpolated`](crate::space::Interpolated): a vehicle
 //! with its parts. Its box becomes an ellipsoid [`STRETCH`] times as wide, whose share of a surface's light is that of
-//! a sphere in the space in which it is one: max(n′ · u, 0) / d² (the form factor of a sphere at a distance of d radii,
-//! Howell: "A Catalog of Radiation Heat Transfer Configuration Factors", B-38). Beside cars in a street the error
-//! against rays is 0.070 of the mean light with that, 0.057 with the boxes themselves by Lambert's formula, which takes
-//! twelve arc cosines a box, and 0.154 without either.
+//! a sphere in the space in which it is one: max(n′ · u, 0) / d², of a sphere d radii away, toward which u points. Beside
+//! cars in a street, a prototype's error against rays is 0.070 of the mean light with that. With the boxes themselves by
+//! Lambert's formula, which takes twelve arc cosines a box, it is 0.057, and 0.154 without either.
 
 use crate::space::bounds::Aabb;
 use glam::{Affine3A, Vec2, Vec3};
@@ -29,8 +28,9 @@ pub type MoverTexel = [u32; 4];
 /// Movers of a frame.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Movers {
-    /// First those of rooms. Then two texels for each cell of the grid, rows along X, with the numbers of its ellipsoids, counted from 1; then
-    /// three for each ellipsoid: the rows of the matrix from the world to the space in which it is the unit sphere.
+    /// First those of rooms. Then two texels for each cell of the grid, rows along X, with the numbers of its ellipsoids,
+    /// counted from 1. Then three for each ellipsoid: the rows of the matrix from the world to the space in which it is
+    /// the unit sphere.
     pub texels: Vec<MoverTexel>,
     /// Texel of the first cell.
     pub first: u32,

@@ -1,6 +1,6 @@
 //! Cells of the grid that surfaces look into: those whose corners pixels interpolate between.
 //!
-//! Where nothing near rises, all of the sky is open: such surfaces, however large, need no corners.
+//! Surfaces near which nothing rises, however large, need no corners: all of the sky is open there.
 
 use super::corners::{FAR, Occluder};
 use super::lattice::SPACING;

@@ -46,11 +46,6 @@ impl Occluders {
         Self { triangles, tree, directions: directions() }
     }
 
-    /// The triangles.
-    pub fn triangles(&self) -> &[Occluder] {
-        &self.triangles
-    }
-
     /// A number for triangles and rooms, by which equal ones are known.
     pub fn hash(triangles: &[Occluder], rooms: &[Room]) -> u128 {
         let mut hash = Xxh3::new();

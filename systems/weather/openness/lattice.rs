@@ -45,7 +45,7 @@ pub struct Lattice {
     pub size: UVec3,
     /// Bricks that there are.
     pub bricks: Vec<IVec3>,
-    /// Corners of each brick, and then of each room's bricks, `u32::MAX` where nothing is known: X fastest, then Y, then Z.
+    /// Corners of each brick, and then of each room's bricks: X fastest, then Y, then Z. `u32::MAX`: nothing is known.
     pub corners: Vec<u32>,
     /// Rooms.
     pub rooms: Vec<Room>,
@@ -192,11 +192,6 @@ impl Lattice {
         }
     }
 
-    /// Number of corners that were asked and count.
-    pub fn asked(&self) -> usize {
-        self.bits.len()
-    }
-
     /// Openness of all corners along the axes.
     pub(super) fn openness(&self, weights: &Weights) -> Vec<[f32; AXES]> {
         let mut all: Vec<[f32; AXES]> = self.bits.iter().map(|bits| weights.openness(bits)).collect();
@@ -338,8 +333,8 @@ mod tests {
         near(away, 1.0, "away from a wall");
         near(up, 0.5, "up beside a wall");
 
-        // A plate of 20 by 20 m, 2 m above the corner in the middle: by its form factor (Howell, C-13 for a small
-        // element below the middle), four times that of a quarter.
+        // A plate of 20 by 20 m, 2 m above the corner in the middle: four times the share of a quarter, by Lambert's
+        // formula.
         let plate = solid(Vec3::new(-10.0, 4.0, -10.0), Vec3::new(10.0, 4.2, 10.0));
         let below = Lattice::new([ground(), plate].concat(), Vec::new()).expect("few").expect("corners");
         let half = 10.0 / 2.0;
